@@ -53,7 +53,8 @@ _QUANTITIES = _TIME | SPEED | _CURRENT | _TORQUE | _SUPPLY | _NEITHER | _POSITIO
     _COMMAND - _TOLD)
 _DESIRED = re.compile(r'(?<![a-z])(d?q|tau(?:_j)?)_d(?![a-z])')
 """Names of what is desired, as equations have it: q_d."""
-_ARRAYS = {'position', 'velocity', 'effort', 'actual', 'desired'}
+_NUMBERED = (_QUANTITIES | {'actual', 'desired', 'ref', 'reference', 'target'}) - _TIME
+"""Words that the number of a joint may follow."""
 _OF_MOTORS = re.compile(r'motor_?(?=(?:states?|cmds?|commands?)\b)', re.IGNORECASE)
 """How logs of legged robots call their actuators; the angle in it is that of the joint."""
 _LEROBOT = re.compile(r'observation\.\w+|action')
@@ -142,8 +143,8 @@ def _reference(words: set[str]) -> str:
 
 def _words(name: str) -> set[str]:
     parts = {part for word in _parted(name) for part in words_in_english(word)}
-    # of the arrays of a message a table has position0, position1 ...
-    return parts | {word for part in parts if (word := part.rstrip('0123456789')) in _ARRAYS}
+    # of joints side by side a table has q1, q2 ...; t1 may be a temperature
+    return parts | {word for part in parts if (word := part.rstrip('0123456789')) in _NUMBERED}
 
 
 def _parted(name: str) -> list[str]:
