@@ -10,22 +10,20 @@ from pathlib import Path
 import re
 
 from .column_names import looks_like, split
-from .east_asian import letters_of
 from .export_headers import period_without_times, refuse_logs, scope_names, unit_labels
 from .number_texts import is_number
+from .text_encoding import LINE_END, text_of
 from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
-BEGIN = 100_000  # bytes that are looked at before a file is read
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
 MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
 _TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
 """What a column is called that has one of these units and no name."""
-LINE_END = re.compile(r'\r\n|\n|\r')
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ def layout_of(path: Path) -> Layout:
     begin with #, %, // or ; and blank ones are skipped. Names that a comment right above the
     numbers holds count, and so do units in a line of their own.
     """
-    encoding, begin = _text(path)
+    encoding, begin = text_of(path)
     lines = LINE_END.split(begin)
     shown = [k for k, line in enumerate(lines) if line.strip() and not MARKS.match(line)]
     if not shown:
@@ -132,25 +130,6 @@ def layout_of(path: Path) -> Layout:
                   tuple((names or columns.cells(lines[row]))[:columns.count]), not names,
                   bool(told), lines[row], lines[above[-1]] if above else '',
                   tuple(names[columns.count:]), period_without_times(cells))
-
-
-def _text(path: Path) -> tuple[str, str]:
-    """Return the encoding of a file, and how it begins."""
-    with path.open('rb') as file:
-        begin = file.read(BEGIN)
-    if begin[:2] in (b'\xff\xfe', b'\xfe\xff'):
-        encoding = 'utf-16'
-    elif b'\0' in begin:
-        raise ValueError(f'{path} is no table of text: it holds bytes that are no letters; export '
-                         'it as CSV')
-    else:
-        encoding = 'utf-8-sig'
-    try:
-        return encoding, begin.decode(encoding)
-    except UnicodeDecodeError as problem:
-        if encoding == 'utf-8-sig' and problem.start < len(begin) - 4:  # not cut inside a letter
-            encoding = letters_of(begin) or 'latin-1'
-        return encoding, begin.decode(encoding, 'ignore')
 
 
 def cells_of(line: str, delimiter: str) -> list[str]:
@@ -240,11 +219,3 @@ def _are_units(cells: Sequence[str]) -> bool:
         except UnitError as problem:
             known += isinstance(problem, CountsError)
     return 0 < sum(map(bool, map(_bracketless, cells))) <= 2 * known
-
-
-def last_line(path: Path, encoding: str) -> str:
-    """Return the last line of a file that is not blank, '' where there is none."""
-    with path.open('rb') as file:
-        file.seek(max(0, path.stat().st_size - BEGIN))
-        lines = LINE_END.split(file.read().decode(encoding, 'ignore'))
-    return next((one for one in reversed(lines) if one.strip()), '')

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from .csv_layout import last_line, Layout, layout_of, MARKS
+from .csv_layout import Layout, layout_of, MARKS
 from .export_headers import is_stamp
 from .rows_in_time import timelines_of
 from .stray_lines import rows_alone
+from .text_encoding import last_line
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
 

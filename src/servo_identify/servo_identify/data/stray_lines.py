@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .csv_layout import cells_of, Layout, LINE_END, MARKS
+from .csv_layout import cells_of, Layout, MARKS
+from .text_encoding import LINE_END
 
 FEW = 0.01
 """Share of the rows that may break off; of more something else is wrong."""
