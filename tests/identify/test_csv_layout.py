@@ -295,3 +295,24 @@ def test_a_second_line_of_names_with_one_unit_alone_is_no_line_of_units(tmp_path
     path.write_text('Time,Ch1,Ch2\nms,voltage [V],motor_position [rad]\n'
                     + '\n'.join(lines()) + '\n')
     assert list(read_table(path).columns) == ['ms', 'voltage [V]', 'motor_position [rad]']
+
+
+@pytest.mark.parametrize('encoding', ['utf-16-le', 'utf-16-be', 'utf-16', 'utf-32'])
+def test_text_in_two_or_four_bytes_is_read_with_and_without_a_mark(tmp_path, encoding):
+    (tmp_path / 'a.csv').write_bytes(
+        ('t [s],current [A]\n' + '0.0,1.5\n0.1,2.5\n' * 20).encode(encoding))
+    table = read_table(tmp_path / 'a.csv')
+    assert list(table.columns) == ['t [s]', 'current [A]']
+    assert table.columns['current [A]'][:2].tolist() == [1.5, 2.5]
+
+
+@pytest.mark.parametrize('line', ['0.001 s,2.65 V,3.6 mA', '0.001;2.65 V;3.6mA'])
+def test_a_unit_behind_each_number_is_named(tmp_path, line):
+    (tmp_path / 'a.csv').write_text('t,voltage,current\n' + f'{line}\n' * 9)
+    with pytest.raises(ValueError, match='write numbers alone, and the unit once behind the name'):
+        read_table(tmp_path / 'a.csv')
+
+
+def test_numbers_of_base_sixteen_have_no_unit(tmp_path):
+    (tmp_path / 'a.csv').write_text('t,a,b,c\n' + '1,0x1f,0x2e,0xa\n' * 9)
+    assert read_table(tmp_path / 'a.csv').columns['a'][0] == 31.0

@@ -324,3 +324,43 @@ def test_it_offers_neither_speeds_nor_counts_nor_what_stands_still_for_an_angle(
         'frame': run['time'], 'x7': run['q']})
     assert init(data, tmp_path) == 2
     assert "motor_position=SOURCE:UNIT (of ['x7'])" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('name', 'column'), [
+    ('i1_A', 'current'), ('q2', ANGLE), ('u1', 'voltage'), ('th1_rad', ANGLE),
+    ('current2', 'current'), ('qd1', ''), ('t1', '')])
+def test_the_number_of_a_joint_may_follow_a_symbol(name, column):
+    assert looks_like(name) == column
+
+
+def test_it_asks_for_the_joint_of_symbols_with_numbers(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'u1': run['u'], 'u2': run['u'], 'i1': run['i'], 'i2': run['i'],
+        'theta1': run['theta'], 'theta2': run['theta']})
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions']) == 2
+    assert "--joint NAME (of ['1', '2']" in capsys.readouterr().err
+
+
+def test_an_angle_of_the_other_shaft_is_not_left_out_without_a_word(run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'u': run['u'], 'i': run['i'], 'theta': run['theta'],
+        'theta_load': run['theta'] / 50})
+    said = ("'theta' is an angle as well: --column 'motor_position=theta:UNIT' where it is that "
+            'of the motor')
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions']) == 2
+    assert said in capsys.readouterr().err
+    init(data, tmp_path, '--si', '--ratio', '1')
+    assert said in capsys.readouterr().out
+
+
+def test_a_share_of_the_supply_in_percent_is_asked_for_its_volts_or_left_out(
+        run, tmp_path, capsys):
+    data = write(tmp_path / 'run.csv', {
+        't': run['time'], 'pwm [%]': 100.0 * run['u'] / 24.0, 'current [A]': run['i'],
+        'motor_position [rad]': run['theta']})
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions']) == 2
+    assert ('give what 1 of it is, 0.24 V of a % at 24 V), or --column voltage= without it'
+            in capsys.readouterr().err)
+    assert init(data, tmp_path, '--column', 'voltage=pwm [%]:0.24 V') == 0
+    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one['voltage'] == pytest.approx(run['u'], abs=1e-3)

@@ -141,7 +141,7 @@ def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch, name
 @pytest.mark.parametrize(('name', 'advice'), [
     ('a.tdms', 'with nptdms: TdmsFile.read'), ('a.MF4', 'with asammdf: MDF'),
     ('a.xls', 'save the sheet as XLSX or CSV'), ('a.pkl', 'a pickle may run code'),
-    ('a.svdx', 'export it from the Scope of TwinCAT as CSV'), ('a.csv.gz', 'unpack it first'),
+    ('a.svdx', 'export it from the Scope of TwinCAT as CSV'), ('a.tar.gz', 'unpack it first'),
     ('a.joblib', 'may run code')])
 def test_of_a_kind_that_is_not_read_it_says_what_to_do(tmp_path, name, advice):
     (tmp_path / name).write_bytes(b'x')

@@ -11,7 +11,7 @@ import pytest
 
 from servo_identify.cli import main
 from servo_identify.data.check import check
-from servo_identify.data.reading import read_recordings
+from servo_identify.data.reading import files_of, read_recordings
 from servo_identify.diagnose.splitting import split
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.bag import write_recording
@@ -41,6 +41,19 @@ def test_it_finds_no_fault_with_a_good_recording(good):
     found = check([good, good, good], BENCH)
     assert {one.level for one in found} == {'green'}
     assert any('inertia is excited' in one.sentence for one in found)
+
+
+def test_it_tells_a_copy_of_a_recording_and_reads_a_file_once(good, tmp_path):
+    copy = replace(good, name='copy', columns={name: column.copy()
+                                               for name, column in good.columns.items()})
+    told = [one.sentence for one in check([good, copy], BENCH) if 'same samples' in one.sentence]
+    assert told and told[0].startswith(f'copy holds the same samples as {good.name}')
+    other = changed(copy, current=np.where(np.arange(len(copy)) == 7, 0.1, copy['current']))
+    assert not any('same samples' in one.sentence for one in check([good, other], BENCH))
+    for name in ('run_1.csv', 'run_2.csv'):
+        (tmp_path / name).write_text('t,motor_position\n0,0\n0.1,1\n')
+    assert [one.name for one in files_of([tmp_path / '*.csv', tmp_path / 'run_1.csv'])] == [
+        'run_1.csv', 'run_2.csv']
 
 
 MISTAKES = {

@@ -94,3 +94,27 @@ def test_an_npz_file_is_a_table_of_its_rows(tmp_path):
     (tmp_path / 'bad.npz').write_text('no archive')
     with pytest.raises(ValueError, match='is no NPZ file'):
         read_table(tmp_path / 'bad.npz')
+
+
+@pytest.mark.parametrize(('suffix', 'packing'), [('.gz', 'gzip'), ('.bz2', 'bz2'),
+                                                 ('.zst', 'zstd')])
+def test_a_table_may_be_packed(tmp_path, suffix, packing):
+    import pyarrow
+
+    path = tmp_path / f'a.csv{suffix}'
+    with pyarrow.output_stream(str(path), compression=packing) as file:
+        file.write(b't,motor_position\n0,1\n0.1,2\n')
+    table = read_table(path)
+    assert table.path == path and table.columns['motor_position'].tolist() == [1.0, 2.0]
+    path.write_bytes(path.read_bytes()[:-9])
+    with pytest.raises(ValueError, match=f'{path.name} cannot be unpacked'):
+        read_table(path)
+
+
+def test_what_is_wrong_within_a_packed_table_is_told_of_the_file_itself(tmp_path):
+    import gzip
+
+    path = tmp_path / 'a.csv.gz'
+    path.write_bytes(gzip.compress(b't,motor_position\n'))
+    with pytest.raises(ValueError, match=f'^{path} has no rows'):
+        read_table(path)

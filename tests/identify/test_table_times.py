@@ -134,3 +134,16 @@ def test_a_clock_that_daylight_saving_sets_is_named(tmp_path, hours, words):
     path = write_csv(tmp_path / 'a.csv', {'t': time, 'voltage': time, 'motor_position': time})
     with pytest.raises(ValueError, match=words):
         import_table(path, SERVO)
+
+
+def test_a_stamp_with_a_zone_is_told_in_utc(tmp_path):
+    import pyarrow
+    from pyarrow import parquet
+
+    stamps = pyarrow.array([1732780000000000 + 2000 * k for k in range(50)]).cast(
+        pyarrow.timestamp('us', tz='Europe/Berlin'))
+    parquet.write_table(pyarrow.table({'t': stamps, 'motor_position': [0.1 * k for k in range(
+        50)]}), tmp_path / 'a.parquet')
+    recording = import_table(tmp_path / 'a.parquet', None)
+    assert 'the first row is of 2024-11-28 07:46:40.000000 UTC' in recording.note
+    assert recording.period == pytest.approx(0.002)

@@ -150,3 +150,9 @@ def test_a_share_or_a_torque_for_a_current_is_refused_with_what_to_give(name, un
     with pytest.raises(ValueError, match='leave the unit out') as refused:
         factor_of('a column', name, unit, None)
     assert words in str(refused.value)
+
+
+def test_degrees_take_a_prefix_but_never_that_of_a_million():
+    assert factor_to('mdeg', 'rad') == pytest.approx(np.pi / 180e3)
+    with pytest.raises(UnitError, match="is it 'mdeg'"):
+        factor_to('Mdeg', 'rad')

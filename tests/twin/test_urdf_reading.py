@@ -36,6 +36,9 @@ def test_a_urdf_says_the_ratio_of_its_transmission():
 SIMPLE = ('<joint name="elbow" role="joint1"><mechanical_reduction>{}</mechanical_reduction>'
           '</joint>')
 COUPLED = '<joint name="elbow"/><joint name="finger"/>'
+OFFSET = SIMPLE.format(50).replace('</joint>', '<offset>0.3</offset></joint>')
+TWO = ('<joint name="elbow"><mechanicalReduction>2</mechanicalReduction></joint>'
+       '<actuator name="m"><mechanicalReduction>50</mechanicalReduction></actuator>')
 OF_ROS_1 = '<joint name="elbow"/><actuator name="m"><mechanicalReduction/></actuator>'
 
 
@@ -51,6 +54,7 @@ def arm_with(folder: Path, transmission: str) -> Path:
 
 @pytest.mark.parametrize(('transmission', 'ratio', 'said'), [
     (SIMPLE.format(50), 50.0, ''), (SIMPLE.format(-50), 50.0, 'turns against the joint'),
+    (OFFSET, 50.0, "the offset of transmission 'gear', 0.3"),
     (COUPLED, None, "transmission 'gear', which couples joints ['elbow', 'finger']")])
 def test_a_transmission_of_ros2_control_is_read_or_said_to_be_left_out(
         tmp_path, transmission, ratio, said):
@@ -63,6 +67,26 @@ def test_a_transmission_of_ros2_control_is_read_or_said_to_be_left_out(
 def test_a_reduction_that_is_no_number_is_refused(tmp_path, transmission):
     with pytest.raises(ModelError, match="'gear' of joint 'elbow' has .* give --ratio"):
         joint_of_urdf(arm_with(tmp_path, transmission), 'elbow')
+
+
+def test_several_reductions_of_one_joint_are_refused(tmp_path):
+    with pytest.raises(ModelError, match="2 of joint 'elbow' in 'gear', 50 of actuator 'm'"):
+        joint_of_urdf(arm_with(tmp_path, TWO), 'elbow')
+
+
+@pytest.mark.parametrize(('number', 'said'), [
+    ('damping', 'dynamics damping of -1'), ('friction', 'dynamics friction of -1'),
+    ('effort', 'limit effort of -1')])
+def test_what_no_joint_has_below_zero_is_refused(tmp_path, number, said):
+    text = (ROBOTS / 'arm.urdf').read_text()
+    (tmp_path / 'r.urdf').write_text(re.sub(rf' {number}="[^"]*"', f' {number}="-1"', text))
+    with pytest.raises(ModelError, match=said):
+        joint_of_urdf(tmp_path / 'r.urdf', 'elbow')
+
+
+def test_a_urdf_is_not_read_as_mjcf_where_its_transmission_would_be_lost():
+    with pytest.raises(ModelError, match='is a URDF file; servo-twin from-urdf reads it'):
+        compiled(ROBOTS / 'arm.urdf')
 
 
 def test_a_urdf_joint_may_slide():

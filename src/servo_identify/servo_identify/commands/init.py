@@ -80,7 +80,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.files import mapping_text, servo_text, write
     from ..init.given_columns import given_columns
     from ..init.joint_choice import choose_joint
-    from ..init.left_out import left_out, remarks
+    from ..init.left_out import left_out, other_angles, reasons, remarks
     from ..init.next_step import next_command
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed, sampled_less_often
@@ -106,7 +106,8 @@ def main(arguments: argparse.Namespace) -> int:
         raise ValueError('\n  '.join(['init needs to be told:', *missing, *(
             units if any(':UNIT' in one for one in missing) else []), *(
             f'the {section} is {said}' for section, said in machine.chosen.items()), *(
-                f'left out: {said}' for said in not_asked_for(of))]))
+                f'left out: {said}' for said in (*not_asked_for(of), *other_angles(
+                    proposals, columns, left_out(of, columns, arguments.joint))))]))
     columns = with_signs(as_currents(with_command(machine, columns), machine), of)
     columns = with_counter(columns, of)
     if arguments.mapping_out is None and needs_mapping(of, columns):
@@ -140,7 +141,7 @@ def main(arguments: argparse.Namespace) -> int:
     left = left_out(of, columns, arguments.joint)
     if left:
         say(arguments, f'left out             {", ".join(map(repr, left))}')
-    for said in remarks(proposals, columns, left):
+    for said in (*reasons(of, left), *remarks(proposals, columns, left)):
         say(arguments, f'note                 {said}')
     for section, said in machine.chosen.items():
         say(arguments, f'{section:<20} is {said}')

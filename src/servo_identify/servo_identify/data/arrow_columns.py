@@ -42,12 +42,13 @@ def _seconds(column: Any) -> np.ndarray:
 
 def first_stamp(column: Any) -> str:
     """Return the first stamp of a calendar as it is shown; '' of another column."""
-    from pyarrow import types
+    from pyarrow import timestamp, types
 
     if not types.is_timestamp(column.type):
         return ''
-    known = column.drop_null()
-    zone = ' UTC' if column.type.tz else ''
+    known, zone = column.drop_null(), ''
+    if column.type.tz:
+        known, zone = known.cast(timestamp(column.type.unit, 'UTC')), ' UTC'
     return str(known.slice(0, 1).cast('string')[0]).removesuffix('Z') + zone if len(known) else ''
 
 

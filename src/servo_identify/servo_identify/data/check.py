@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from servo_twin.physics.servo import Servo
 
 from .clipped import clipped_findings, normalised_findings
+from .copies import copies
 from .excitation import Excitation, excitation
 from .fill_values import fill_findings
 from .finding import each_once, Finding, LEVELS
@@ -66,6 +67,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     found += each_once([finding for one in looked for finding in (
         *supply_findings(one), *copied_findings(one, servo), *held_findings(one),
         *clipped_findings(one, servo), *normalised_findings(one))])
+    found += copies(looked)
     looked = [measured_alone(one, servo) for one in looked]
     shown = {id(one): excitation(one, servo) for one in looked}
     over = looked_over(looked, servo, shown)

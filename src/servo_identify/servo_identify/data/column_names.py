@@ -8,13 +8,13 @@ import re
 from servo_twin.recording.recording import COLUMNS
 
 from .east_asian import names_in_english, units_in_symbols
+from .european import bare, symbols_of, words_in_english
 
 NAMES = ('t', *COLUMNS)
 
 TIMES = ('time', '__time', 'x_value', 'timestamp')
 """Other names of the time that leave no doubt, in small letters."""
-ALSO = {'stamp': 't', 'zeit': 't', 'u': 'voltage', 'v': 'voltage',
-        'volt': 'voltage', 'volts': 'voltage', 'spannung': 'voltage', 'strom': 'current',
+ALSO = {'stamp': 't', 'u': 'voltage', 'v': 'voltage', 'volt': 'voltage', 'volts': 'voltage',
         'pwm': 'voltage', 'command': 'voltage', 'i': 'current', 'theta': 'motor_position',
         'theta_m': 'motor_position', 'q': 'load_position', 'theta_l': 'load_position',
         'tau': 'torque', 'q_ref': 'reference_position'}
@@ -23,44 +23,44 @@ ANGLE = 'an angle'  # of one shaft or the other: the name does not say of which
 TORQUE = 'a torque'  # of a sensor, or computed from the current: the name does not say which
 TOLD_TORQUE = 'a torque that was told'  # the command of a drive, in N m
 
-_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'zeit', 'clock', 'seconds', 'utc', 'ts',
-         'tout', 'millis', 'micros'}
-SPEED = {'velocity', 'velo', 'vel', 'speed', 'omega', 'drehzahl', 'geschwindigkeit', 'rpm', 'qd',
-         'dq', 'velocities', 'qvel', 'rate'}
-_REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'soll', 'des', 'input'}
+_TIME = {'t', 'time', '__time', 'timestamp', 'stamp', 'clock', 'seconds', 'utc', 'ts', 'tout',
+         'millis', 'micros'}
+SPEED = {'velocity', 'velo', 'vel', 'speed', 'omega', 'rpm', 'qd', 'dq', 'velocities', 'qvel',
+         'rate'}
+_REFERENCE = {'ref', 'reference', 'target', 'desired', 'setpoint', 'goal', 'des', 'input'}
 _TOLD = {'command', 'commands', 'cmd', 'commanded', 'demand', 'demanded', 'set', 'action'}
 """What a drive was told; of an angle or a speed that is a reference."""
-_CURRENT = {'current', 'i', 'iq', 'im', 'strom', 'amps', 'ampere', 'cur', 'curr'}
-_TORQUE = {'torque', 'tau', 'drehmoment', 'moment', 'force', 'effort', 'efforts'}
+_CURRENT = {'current', 'i', 'iq', 'im', 'amps', 'ampere', 'cur', 'curr'}
+_TORQUE = {'torque', 'tau', 'moment', 'force', 'effort', 'efforts'}
 _DOUBTFUL = {'tau', 'effort', 'efforts', 'est', 'estimate', 'estimated', 'calc', 'calculated',
-             'computed', 'actual', 'act', 'ist', 'feedback', 'motor'}
+             'computed', 'actual', 'act', 'feedback', 'motor'}
 """Words beside a torque that a drive computes from its current, where no sensor is named."""
 _MEASURED = {'sensor', 'cell', 'flange', 'transducer', 'gauge', 'measured', 'meas', 'mess',
              'external', 'ext'}
 _COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'vm', 'pwm', 'duty', 'command', 'commands',
-            'cmd', 'spannung', 'ctrl'}
-_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc', 'zwischenkreis'}
-_NEITHER = {'error', 'acceleration', 'force', 'fehler', 'abweichung', 'kp', 'kd', 'ki', 'gain'}
+            'cmd', 'ctrl'}
+_VOLTAGE = {'voltage', 'volt', 'volts', 'u'}
+_FORCES = ('N', 'kN')
+"""Units with which a tension is that of a rope."""
+_SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
+_NEITHER = {'error', 'acceleration', 'force', 'kp', 'kd', 'ki', 'gain'}
 _COUNTED = {'index', 'idx', 'id', 'frame', 'episode', 'task', 'row', 'sample', 'seq', 'done',
             'reward', 'success', 'mode', 'flag', 'flags', 'error', 'errors', 'dir', 'direction'}
 """Words of what counts rows, runs and faults, and is no quantity of a machine."""
-_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'winkel', 'lage', 'encoder', 'enc',
-             'counts', 'ticks', 'positions', 'estimate', 'qpos'}
+_POSITION = {'position', 'pos', 'angle', 'theta', 'q', 'phi', 'encoder', 'enc', 'counts', 'ticks',
+             'positions', 'estimate', 'qpos'}
 _QUANTITIES = _TIME | SPEED | _CURRENT | _TORQUE | _SUPPLY | _NEITHER | _POSITION | (
     _COMMAND - _TOLD)
-_PARTS = ('soll', 'ist', 'wert', 'motor', 'last', 'gelenk', 'abtriebs', 'abtrieb', 'stell',
-          'mess', 'zwischenkreis', 'schlepp', 'fehler', 'abweichung', 'positions', 'lage',
-          'strom', 'winkel', 'position', 'drehzahl', 'geschwindigkeit', 'drehmoment', 'moment',
-          'spannung', 'gehäuse', 'temperatur', 'uhr', 'zeit', 'stempel')
 _DESIRED = re.compile(r'(?<![a-z])(d?q|tau(?:_j)?)_d(?![a-z])')
 """Names of what is desired, as equations have it: q_d."""
-_ARRAYS = {'position', 'velocity', 'effort', 'actual', 'desired'}
+_NUMBERED = (_QUANTITIES | {'actual', 'desired', 'ref', 'reference', 'target'}) - _TIME
+"""Words that the number of a joint may follow."""
 _OF_MOTORS = re.compile(r'motor_?(?=(?:states?|cmds?|commands?)\b)', re.IGNORECASE)
 """How logs of legged robots call their actuators; the angle in it is that of the joint."""
 _LEROBOT = re.compile(r'observation\.\w+|action')
 """Features of LeRobot: in brackets behind them stands which joint, and no unit."""
-_COMPOUND = re.compile(f'(?:{"|".join(_PARTS)})+')
-"""Parts of German names, which are written as one word."""
+_OTHERS = '[^a-z\u00df-\u024f\u0400-\u04ff0-9_]+'
+"""What parts words: all but letters of Latin and Cyrillic, digits and lines below."""
 _IN_ANGLES = re.compile(r'_(deg|m?rad)$')
 """Names that end with the unit of an angle: AZ_deg."""
 _UNITS = {'angle': ('deg', '°', 'grad', 'rad', 'mrad', 'rev', 'turns', 'count', 'counts', 'cnt',
@@ -71,9 +71,8 @@ _ABSCISSA, _OF_TIME = {'x', 'axis'}, ('s', 'ms', 'us', 'µs', 'sec', 'second', '
 """How an oscilloscope calls its time, and what its unit then is."""
 _OF_UNIT = {unit: word for word, units in _UNITS.items() for unit in units}
 """What a unit behind a name says of the quantity, where the name does not."""
-_MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'last',
-                                                'abtrieb', 'abtriebs', 'gelenk', 'arm', 'joints',
-                                                'qpos'}
+_MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'link', 'l', 'arm',
+                                                'joints', 'qpos'}
 
 
 def split(header: str) -> tuple[str, str]:
@@ -89,11 +88,12 @@ def looks_like(source: str, kind: str = '') -> str:
     # of a message an index names the joint, but behind .values the interface
     bare = re.sub(r'(?<!\.values)\[[^\]]*\]', '', source)
     name, unit = (bare, '') if kind else split(source)
-    name, unit = names_in_english(name), units_in_symbols(unit)
+    name, unit = names_in_english(name), symbols_of(units_in_symbols(unit))
     if name in NAMES:
         return name
     name = _OF_MOTORS.sub('', name)
-    words = _words(name) | ({'angle'} if _IN_ANGLES.search(name.lower()) else set())
+    words = _words(name) - (_VOLTAGE if unit in _FORCES else set())
+    words |= {'angle'} if _IN_ANGLES.search(name.lower()) else set()
     if not words & _QUANTITIES and name.partition('[')[0] in ('observation.state', 'action'):
         words |= {'angle'}
     if unit.lower() in _OF_UNIT and not words & _QUANTITIES:
@@ -104,16 +104,12 @@ def looks_like(source: str, kind: str = '') -> str:
         return 't'
     if not kind and name.lower().rpartition('.')[2] in TIMES:  # a signal that has its own times
         return 't'
-    if words & {'temp', 'temperature', 'temperatur'}:
+    if words & {'temp', 'temperature'}:
         return 'temperature'
     if kind.endswith('JointState') and words & {'position'}:
         return 'load_position'
     if words & _REFERENCE:
-        for found, column in ((SPEED, 'reference_velocity'), (_CURRENT, 'current_reference'),
-                              (_POSITION, 'reference_position')):
-            if words & found:
-                return column
-        return TOLD_TORQUE if words & _TORQUE and not words & _NEITHER else ''
+        return _reference(words)
     if words & _TOLD and words & (SPEED | _POSITION):
         return 'reference_velocity' if words & SPEED else 'reference_position'
     if words & (SPEED | _SUPPLY | _NEITHER):
@@ -134,14 +130,34 @@ def looks_like(source: str, kind: str = '') -> str:
     return 'voltage' if words & _COMMAND else ''
 
 
+def _reference(words: set[str]) -> str:
+    """Return the column of what was wanted."""
+    for found, column in ((SPEED, 'reference_velocity'), (_CURRENT, 'current_reference'),
+                          (_POSITION, 'reference_position')):
+        if words & found:
+            return column
+    if words & _VOLTAGE and 'input' not in words:  # what the drive was told, and no supply
+        return 'voltage'
+    return TOLD_TORQUE if words & _TORQUE and not words & _NEITHER else ''
+
+
 def _words(name: str) -> set[str]:
-    parted = re.sub(r'(?<=[a-zäöüß])(?=[A-ZÄÖÜ])', '_', name).lower()
-    parted = _DESIRED.sub(r'\1_desired', parted)
-    words = [word for word in re.split(r'[^a-z0-9äöüß_]+|(?<=[a-z0-9äöüß])_', parted) if word]
-    parts = {part for word in words for part in (
-        re.findall('|'.join(_PARTS), word) if _COMPOUND.fullmatch(word) else [word])}
-    # of the arrays of a message a table has position0, position1 ...
-    return parts | {bare for part in parts if (bare := part.rstrip('0123456789')) in _ARRAYS}
+    parts = {part for word in _parted(name) for part in words_in_english(word)}
+    # of joints side by side a table has q1, q2 ...; t1 may be a temperature
+    return parts | {word for part in parts if (word := part.rstrip('0123456789')) in _NUMBERED}
+
+
+def _parted(name: str) -> list[str]:
+    """Return the words of a name in small letters without accents, in their own language."""
+    parted = bare(re.sub(r'(?<=[^\W\d_A-ZÀ-ÖØ-Þ])(?=[A-ZÀ-ÖØ-Þ])', '_', name))
+    return [word for word in re.split(rf'{_OTHERS}|(?<=[^\W_])_', _DESIRED.sub(
+        r'\1_desired', parted)) if word]
+
+
+def _is_foreign(name: str) -> bool:
+    """Tell whether a name has words of another language than English."""
+    return names_in_english(name) != name or any(
+        words_in_english(word) != [word] for word in _parted(name))
 
 
 def is_no_angle(source: str) -> bool:
@@ -169,5 +185,5 @@ def likely(name: str, missing: list[str]) -> str:
         shafts = [one for one in ('motor_position', 'load_position') if one in missing]
         return next((one for one in (*near, *shafts) if one in shafts), '') if near else ''
     if meant or _words(name) & (SPEED | _SUPPLY | _NEITHER | _TOLD):
-        return meant if meant in missing and near else ''
+        return meant if meant in missing and (near or _is_foreign(name)) else ''
     return near[0] if near else ''

@@ -10,22 +10,20 @@ from pathlib import Path
 import re
 
 from .column_names import looks_like, split
-from .east_asian import letters_of
 from .export_headers import period_without_times, refuse_logs, scope_names, unit_labels
 from .number_texts import is_number
+from .text_encoding import LINE_END, text_of
 from .unit_symbols import CountsError, parsed, UnitError
 
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
-BEGIN = 100_000  # bytes that are looked at before a file is read
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
-_MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
+MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
 _TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
 """What a column is called that has one of these units and no name."""
-_LINE_END = re.compile(r'\r\n|\n|\r')
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ class _Columns:
 
     def cells(self, line: str) -> list[str]:
         """Return the cells of a line."""
-        return _cells(line, self.delimiter)
+        return cells_of(line, self.delimiter)
 
     def has_row(self, line: str) -> bool:
         """Tell whether a line is a row of numbers, some of which may be missing."""
@@ -101,12 +99,16 @@ def layout_of(path: Path) -> Layout:
     begin with #, %, // or ; and blank ones are skipped. Names that a comment right above the
     numbers holds count, and so do units in a line of their own.
     """
-    encoding, begin = _text(path)
-    lines = _LINE_END.split(begin)
-    shown = [k for k, line in enumerate(lines) if line.strip() and not _MARKS.match(line)]
+    encoding, begin = text_of(path)
+    lines = LINE_END.split(begin)
+    shown = [k for k, line in enumerate(lines) if line.strip() and not MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
     refuse_logs(path, [lines[k] for k in shown])
+    if not any(any(map(str.isdigit, lines[k])) for k in shown[1:]) and not is_number(
+            lines[shown[0]].split()[0].strip(',;')):
+        raise ValueError(f'{path} has no rows: below {lines[shown[0]].strip()!r} stands no '
+                         'number')
     columns = _columns_of([lines[k] for k in shown[-_LAST:]])
     rows = [columns.has_row(lines[k]) for k in shown]
     # below a key, as Length, numbers stand above the rows
@@ -115,7 +117,7 @@ def layout_of(path: Path) -> Layout:
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
     above = [k for k, line in enumerate(lines[:row]) if line.strip()]
-    remark = _MARKS.match(lines[above[-1]]) if above else None
+    remark = MARKS.match(lines[above[-1]]) if above else None
     told = columns.cells(lines[above[-1]][remark.end():]) if remark else []
     if len(told) != columns.count or any(map(is_number, told)):
         told = []
@@ -130,26 +132,8 @@ def layout_of(path: Path) -> Layout:
                   tuple(names[columns.count:]), period_without_times(cells))
 
 
-def _text(path: Path) -> tuple[str, str]:
-    """Return the encoding of a file, and how it begins."""
-    with path.open('rb') as file:
-        begin = file.read(BEGIN)
-    if begin[:2] in (b'\xff\xfe', b'\xfe\xff'):
-        encoding = 'utf-16'
-    elif b'\0' in begin:
-        raise ValueError(f'{path} is no table of text: it holds bytes that are no letters; export '
-                         'it as CSV')
-    else:
-        encoding = 'utf-8-sig'
-    try:
-        return encoding, begin.decode(encoding)
-    except UnicodeDecodeError as problem:
-        if encoding == 'utf-8-sig' and problem.start < len(begin) - 4:  # not cut inside a letter
-            encoding = letters_of(begin) or 'latin-1'
-        return encoding, begin.decode(encoding, 'ignore')
-
-
-def _cells(line: str, delimiter: str) -> list[str]:
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without the blanks around them."""
     if delimiter == _BLANKS:
         return line.split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
@@ -162,7 +146,7 @@ def _columns_of(lines: Sequence[str]) -> _Columns:
     if not any(found[delimiter].values()):
         delimiter = max(_DELIMITERS, key=lines[0].strip().count)
     count = max(found[delimiter], key=lambda one: found[delimiter][one])
-    rows = [_cells(line, delimiter) for line in lines]
+    rows = [cells_of(line, delimiter) for line in lines]
     across = list(zip(*(cells for cells in rows if len(cells) == count), strict=True))
     numbers = [k for k, cells in enumerate(across) if any(map(is_number, cells)) and 2 * sum(
         map(is_number, cells)) >= sum(map(bool, cells))]
@@ -176,7 +160,7 @@ def _numbers_of(lines: Sequence[str], delimiter: str) -> Counter[int]:
     """Return how many numbers stand in the lines of each number of cells."""
     found = Counter[int]()
     for line in lines:
-        cells = _cells(line, delimiter)
+        cells = cells_of(line, delimiter)
         found[len(cells)] += sum(map(is_number, cells))
     return found
 
@@ -235,11 +219,3 @@ def _are_units(cells: Sequence[str]) -> bool:
         except UnitError as problem:
             known += isinstance(problem, CountsError)
     return 0 < sum(map(bool, map(_bracketless, cells))) <= 2 * known
-
-
-def last_line(path: Path, encoding: str) -> str:
-    """Return the last line of a file that is not blank, '' where there is none."""
-    with path.open('rb') as file:
-        file.seek(max(0, path.stat().st_size - BEGIN))
-        lines = _LINE_END.split(file.read().decode(encoding, 'ignore'))
-    return next((one for one in reversed(lines) if one.strip()), '')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 import re
@@ -10,27 +11,45 @@ from typing import Any
 
 import numpy as np
 
-from .csv_layout import last_line, Layout, layout_of
+from .csv_layout import Layout, layout_of, MARKS
 from .export_headers import is_stamp
 from .rows_in_time import timelines_of
+from .stray_lines import rows_alone
+from .text_encoding import last_line
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
 
 
-def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...]]:
+@dataclass(frozen=True)
+class Text:
     """
-    Return a table of text as an Arrow table, and what to mind of it.
+    A table of text as an Arrow table.
+
+    ``told`` says what to mind of it. ``again`` are the numbers of the rows, from 0 on, before
+    which the line of names stands again.
+    """
+
+    table: Any
+    told: tuple[str, ...] = ()
+    again: tuple[int, ...] = ()
+
+
+def read_csv(path: Path, names: Sequence[str] = ()) -> Text:
+    """
+    Read a table of text.
 
     ``names`` are those of the columns of a file without a line of names. A last row that breaks
-    off, since the logger was stopped in it, is left out. Raises ValueError for a file without
+    off, since the logger was stopped in it, is left out; so are comments among the rows, names
+    that stand there again, and few rows that break off. Raises ValueError for a file without
     names where none are given, and for what is no table.
     """
-    from pyarrow import ArrowInvalid
+    from pyarrow import ArrowInvalid, types
     from pyarrow import csv as arrow
 
     layout = layout_of(path)
     columns = _names(path, layout, names)
     cut: list[str] = []
+    alone = None
 
     def judge(row: Any) -> str:
         if not row.text.strip():  # blanks alone
@@ -43,20 +62,29 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> tuple[Any, tuple[str, ...
     options['parse_options'].invalid_row_handler = judge
     try:
         table = arrow.read_csv(_parted(path, layout) if layout.blanks else path, **options)
+        problem = ''
     except ArrowInvalid as error:
-        raise ValueError(f'{path} is no table: {error}{_hint(layout)}') from None
+        table, problem = None, f'{path} is no table: {error}{_hint(layout)}'
+    if table is None or any(map(types.is_string, table.schema.types)):
+        alone = rows_alone(path, layout)
+    if alone and alone.told:
+        options['read_options'] = arrow.ReadOptions(column_names=columns)
+        table, cut = arrow.read_csv(BytesIO(alone.text), **options), []
+    if table is None:
+        raise ValueError(problem)
     if table.num_rows < 1 + bool(layout.unused) and (cut or layout.unused):
         raise ValueError(f'{path} is no table: its only row breaks off: '
                          f'{[*cut, layout.row][0].strip()!r}')
-    told = [f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
-            if text.strip() != 'EOF']  # as the Scope of TwinCAT ends a file
+    told = [*(alone.told if alone else ()), *(
+        f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
+        if text.strip() != 'EOF' and not MARKS.match(text))]  # EOF ends a file of TwinCAT
     if layout.period and 'time' not in table.column_names:
         table = table.append_column('time', [layout.period * np.arange(table.num_rows)])
         told.append(f'the rows have no time: they are counted in the {layout.period:g} s of '
                     'the header')
     if layout.unused:
         told.append(f'the rows end before {list(layout.unused)}: no number stands there')
-    return table, tuple(told)
+    return Text(table, tuple(told), alone.again if alone else ())
 
 
 def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[Any]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+
+from .european import is_cyrillic
 
 LETTERS = ('gb18030', 'cp932', 'big5', 'cp949')
 """Encodings of files that are not in Unicode: mainland China, Japan, Taiwan, Korea."""
 _NAMES = {
     'time': '时间 時間 时刻 時刻 시간', 'voltage': '电压 電壓 電圧 전압',
     'current': '电流 電流 전류',
-    'position': '位置 위치', 'angle': '角度 转角 轉角 角位移 각도',
+    'position': '位置 위치', 'angle': '角度 转角 轉角 角位移 回転角 각도',
     'velocity': '速度 转速 轉速 回転数 角速度 속도 각속도 회전수',
     'acceleration': '加速度 角加速度 가속도 각가속도', 'torque': '转矩 轉矩 扭矩 力矩 トルク 토크',
     'motor': '电机 電機 马达 馬達 モーター モータ 모터 전동기',
@@ -39,6 +42,7 @@ _NAME, _UNIT = _table(_NAMES), _table(_UNITS)
 def names_in_english(text: str) -> str:
     """Return a name with its words of these languages in English; others stay as they are."""
     pattern, of = _NAME
+    text = unicodedata.normalize('NFKC', text)  # katakana of half width, letters in parts
     return pattern.sub(lambda found: f' {of[found[0]]} ', text)
 
 
@@ -49,7 +53,11 @@ def units_in_symbols(text: str) -> str:
 
 
 def letters_of(begin: bytes) -> str:
-    """Return the encoding in which a file that is not in Unicode holds such words, or ''."""
+    """
+    Return the encoding in which a file that is not in Unicode holds such words, or ''.
+
+    The letters may be Cyrillic ones of Windows as well.
+    """
     for encoding in LETTERS:
         try:
             begin.decode(encoding)
@@ -58,4 +66,4 @@ def letters_of(begin: bytes) -> str:
                 continue
         if _NAME[0].search(begin.decode(encoding, 'ignore')):
             return encoding
-    return ''
+    return 'cp1251' if is_cyrillic(begin.decode('cp1251', 'ignore')) else ''

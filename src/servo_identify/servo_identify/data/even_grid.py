@@ -111,11 +111,13 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
     samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12) + EVEN) + 1
     lost = samples - int(on_grid(time, step).sum())
     how = f'measurements linearly, commands by the mean of what they hold{cost}'
-    warnings.append(
-        f'{lost} of {samples} rows are missing or off the grid of {step:.6g} s: they are made up '
-        f'between their neighbours, {how}' if lost <= FEW * samples else
-        f'times are not even ({shortest:.6g} to {longest:.6g} s apart): {RESAMPLED} '
-        f'{step:.6g} s, {how}')
+    if lost <= FEW * samples:
+        warnings.append(f'{100.0 * lost / samples:.2g} % of the rows ({lost} of {samples}) are '
+                        f'missing or off the grid of {step:.6g} s: they are made up between their '
+                        f'neighbours, {how}')
+    else:
+        warnings.append(f'times are not even ({shortest:.6g} to {longest:.6g} s apart): '
+                        f'{RESAMPLED} {step:.6g} s, {how}')
     return step, False
 
 

@@ -14,6 +14,8 @@ _FRAME = re.compile(r'\s*(?:\(\d+\.\d+\)\s+\w+\s+[0-9A-Fa-f]{3,8}#|'
 """How candump and the tools of Vector (ASC) write a frame of a CAN bus."""
 _LABELLED = re.compile(r'\s*[A-Za-z]\w*: *[-+.\de]+(?:[,;\t ]+[A-Za-z]\w*: *[-+.\de]+)+\s*')
 """A line as the plotter of Arduino reads it: u:1.00,i:0.1."""
+_IN_CELLS = re.compile(r'(?!\s*"?0x)\s*"?[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)? ?[^\W\d_]\w*"?\s*')
+"""A number with its unit in one cell: 2.65 V."""
 _NOTHING = ('', '(None)', 'None')
 LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 """Counts of 100 ns since 1601 (FILETIME) from 1917 to 2234, and nothing else that a rig has."""
@@ -111,3 +113,13 @@ def refuse_logs(path: Path, lines: Sequence[str]) -> None:
         raise ValueError(f'{path} has a name before each number, as {last[-1].strip()!r}: write '
                          'the names once, in a line above the numbers, and numbers alone below '
                          "them; sed -E 's/[^,;\\t ]+: *//g' takes the names off")
+    if last and any(_has_units(last, sign) for sign in ',;\t'):
+        raise ValueError(f'{path} has a unit behind each number, as {last[-1].strip()!r}: write '
+                         'numbers alone, and the unit once behind the name: current [mA]')
+
+
+def _has_units(lines: Sequence[str], sign: str) -> bool:
+    """Tell whether most cells of lines that a sign parts are a number with a unit."""
+    cells = [cell for line in lines for cell in line.split(sign)]
+    return len(cells) > len(lines) and 2 * sum(
+        map(bool, map(_IN_CELLS.fullmatch, cells))) > len(cells)

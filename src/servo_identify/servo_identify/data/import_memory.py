@@ -6,8 +6,9 @@ from pathlib import Path
 
 from servo_twin.bag.memory import check_fits
 
-from .csv_layout import BEGIN, TEXTS
+from .csv_layout import TEXTS
 from .message_files import count_of_messages, holds_messages
+from .text_encoding import BEGIN
 
 ROW = 320  # bytes that a row of a table takes on its way into a bag: bench_limits.py
 MESSAGE = 200  # bytes for each message of any topic: one of a wanted topic takes some 350

@@ -53,11 +53,11 @@ def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
 
 def files_of(paths: Iterable[str | Path]) -> list[Path]:
     """
-    Return the files that paths and patterns name.
+    Return the files that paths and patterns name, each once.
 
     Raises FileNotFoundError for what is not there, ValueError for a pipe.
     """
-    found = [path for named in paths for path in _matching(str(named))]
+    found = [*dict.fromkeys(path for named in paths for path in _matching(str(named)))]
     for path in found:
         if not path.exists():
             raise FileNotFoundError(f'{path} does not exist; give a bag, an MCAP file, or a table '

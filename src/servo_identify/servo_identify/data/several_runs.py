@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from .column_names import looks_like
 from .run_labels import COLUMN, WORDS
 from .table import Table
 
@@ -45,6 +46,23 @@ def runs_of(table: Table) -> list[Table]:
                         columns={one: held[first:end] for one, held in table.columns.items()})
                 for number, first, end in zip(numbers, starts, ends, strict=True)]
     return [table]
+
+
+def goes_on(table: Table) -> bool:
+    """Tell whether the times of a table rise over all of its rows; row numbers tell as much."""
+    return any(looks_like(name) == 't' and bool(np.all(np.diff(column) >= 0.0))
+               and column[-1] > column[0] for name, column in table.columns.items())
+
+
+def cut_before(table: Table, rows: Sequence[int]) -> list[Table]:
+    """Return the runs of a table that begin with its first row and with others; ``run_1`` ..."""
+    starts = [0, *rows]
+    count = len(next(iter(table.columns.values()), ()))
+    said = (*table.warnings, 'the times begin again there: each is a recording of its own')
+    return [replace(table, run=f'run_{number}', begins=table.begins if not first else {},
+                    warnings=said if not first else (),
+                    columns={one: held[first:end] for one, held in table.columns.items()})
+            for number, (first, end) in enumerate(zip(starts, [*rows, count], strict=True), 1)]
 
 
 def long_enough(runs: Sequence[Table]) -> tuple[list[Table], dict[str, str]]:

@@ -140,8 +140,9 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
     return column
 
 
-def without_end(table: Table) -> dict[str, np.ndarray]:
-    """Return columns without the empty rows at the end, as spreadsheets write them."""
-    known = [np.flatnonzero(np.isfinite(column)) for column in table.columns.values()]
-    end = max((rows[-1] + 1 for rows in known if len(rows)), default=None)
-    return {name: column[:end] for name, column in table.columns.items()}
+def without_empty(table: Table) -> dict[str, np.ndarray]:
+    """Return columns without empty rows, as spreadsheets write them below and between rows."""
+    known = np.any([~np.isnan(column) for column in table.columns.values()], axis=0)
+    if np.all(known) or not np.any(known):
+        return table.columns
+    return {name: column[known] for name, column in table.columns.items()}

@@ -10,19 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from servo_twin.description.nearest_name import or_what
-
 from .csv_layout import TEXTS
 from .csv_table import read_csv
 from .json_file import flat, LINES, read_json
+from .json_shapes import table_of
 from .lerobot import named_parts
 from .mat_file import load_mat
 from .numpy_file import load_numpy
+from .packed import inner_suffix, read_packed
 from .rows_in_time import on_one_timeline
-from .several_runs import groups_of, runs_of
+from .several_runs import cut_before, goes_on, groups_of, runs_of
 from .split_stamps import with_whole_stamps
 from .spreadsheet import sheet_text
-from .table import from_arrow, Table, with_texts, without_end
+from .table import from_arrow, Table, with_texts, without_empty
+from .times_of_groups import on_rows_of_one
 
 _HDF5 = ('.h5', '.hdf5')
 _SHEETS = ('.xlsx', '.xlsm')
@@ -62,11 +63,12 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     """
     Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON; a table each run.
 
-    ``rows`` names the list of records in a JSON file, where it is not the whole, or the sheet of a
-    spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
-    array of two dimensions are called ``name[0]``, ``name[1]`` ...; those of a structure
-    ``name.field``. Raises ValueError for another suffix, a file that does not parse, text among
-    numbers and columns of unequal length, OSError for a file that cannot be read.
+    Each may be packed by gzip, bzip2 or zstd (``run.csv.gz``). ``rows`` names the list of records
+    in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the columns
+    of a text file that has no line of names. The columns of an array of two dimensions are called
+    ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
+    another suffix, a file that does not parse, text among numbers and columns of unequal length,
+    OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
@@ -74,6 +76,8 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
         raise ValueError(f'{path} is a folder and no table; ' + (
             'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
             if ends else 'name a file in it'))
+    if path.is_file() and inner_suffix(path) in SUFFIXES:
+        return read_packed(path, lambda inner: read_tables(inner, rows, names))
     if suffix in _ELSEWHERE and path.exists():
         raise ValueError(f'{path}: {suffix[1:].upper()} is not read here; {_ELSEWHERE[suffix]}')
     if suffix not in SUFFIXES:
@@ -88,8 +92,8 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
         elif suffix in _OF_ARROW:
             tables = [_OF_ARROW[suffix](path)]
         else:
-            tables = [_json(path, rows) if suffix in ('.json', *LINES) else
-                      _sheet(path, rows, names) if suffix in _SHEETS else _csv(path, names)]
+            tables = (_json(path, rows) if suffix in ('.json', *LINES) else
+                      _sheet(path, rows, names) if suffix in _SHEETS else _csv(path, names))
     except (ValueError, OSError):
         raise
     except Exception as error:  # of a damaged file libraries say what comes, KeyError and all
@@ -101,24 +105,27 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     return [run for table in tables for run in runs_of(with_whole_stamps(table))]
 
 
-def _csv(path: Path, names: Sequence[str]) -> Table:
-    found, warnings = read_csv(path, names)
-    table, told = from_arrow(path, found), list(warnings)
-    columns = on_one_timeline(without_end(table), told)
-    return replace(table, columns=columns, warnings=tuple(told))
+def _csv(path: Path, names: Sequence[str]) -> list[Table]:
+    text = read_csv(path, names)
+    table, told = from_arrow(path, text.table), list(text.told)
+    if text.again and not goes_on(table):
+        return cut_before(replace(table, warnings=text.told), text.again)
+    columns = on_one_timeline(without_empty(table), told)
+    return [replace(table, columns=columns, warnings=tuple(told))]
 
 
-def _sheet(path: Path, named: str, names: Sequence[str]) -> Table:
+def _sheet(path: Path, named: str, names: Sequence[str]) -> list[Table]:
     text, told = sheet_text(path, named)
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as folder:
         scratch = Path(folder) / 'sheet.txt'
         scratch.write_text(text, 'utf8')
         try:
-            table = _csv(scratch, names)
+            tables = _csv(scratch, names)
         except ValueError as problem:
             raise ValueError(str(problem).replace(str(scratch), str(path))) from None
-    return replace(table, path=path, warnings=(*told, *table.warnings), refused={
+    return [replace(table, path=path, warnings=(*told, *table.warnings), refused={
         name: why.replace(str(scratch), str(path)) for name, why in table.refused.items()})
+        for table in tables]
 
 
 def _numpy(path: Path) -> list[Table]:
@@ -128,9 +135,13 @@ def _numpy(path: Path) -> list[Table]:
 def _of_arrays(path: Path, arrays: dict[str, Any], refused: dict[str, str]) -> list[Table]:
     found = list[Table]()
     for run, inner in groups_of(arrays).items():
-        table = _longest(path, *_parted(inner))
-        found.append(replace(table, run=run, refused={
-            **table.refused, **_deep(path, inner), **refused}))
+        columns, facts = _parted(inner)
+        told = list[str]()
+        columns, apart = on_rows_of_one(columns, told)
+        table = _longest(path, columns, facts)
+        found.append(replace(table, run=run, warnings=tuple(told), refused={
+            **table.refused, **_deep(path, inner), **refused,
+            **{name: f'{path}: {why}' for name, why in apart.items()}}))
     return found
 
 
@@ -192,26 +203,18 @@ def _mat(path: Path) -> list[Table]:
     return _of_arrays(path, arrays, {})
 
 
-def _json(path: Path, rows: str) -> Table:
-    content, facts = read_json(path), {}
+def _json(path: Path, rows: str) -> list[Table]:
+    content = read_json(path)
+    facts = {name: value for name, value in content.items() if isinstance(
+        value, (str, int, float, bool))} if isinstance(content, dict) else {}
+    content = table_of(path, content, rows)
     if isinstance(content, dict):
-        facts = {name: value for name, value in content.items()
-                 if isinstance(value, (str, int, float, bool))}
-        if rows:
-            if rows not in content:
-                raise ValueError(f'{path} has no list {rows!r}; '
-                                 f'{or_what(rows, content, "it has")}')
-            content = content[rows]
-    if isinstance(content, dict):
-        held = with_texts(Table(path, {}), {name: value for name, value in content.items()
-                                             if isinstance(value, list)})
+        held = with_texts(Table(path, {}), content)
         table = _longest(path, held.columns, facts)
-        return replace(table, refused=table.refused | held.refused)
-    if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
-        raise ValueError(f"{path}: rows: {rows!r} is no list of records; name it with 'rows'")
+        return [replace(table, refused=table.refused | held.refused)]
     records = [dict(flat(row)) for row in content]
-    return with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
-                                                for name in (records[0] if records else ())})
+    return [with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
+                                                 for name in (records[0] if records else ())})]
 
 
 def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:

@@ -13,6 +13,7 @@ import re
 from typing import NamedTuple
 
 from .east_asian import units_in_symbols
+from .european import symbols_of
 
 
 class Unit(NamedTuple):
@@ -59,11 +60,12 @@ _PREFIXED = {
     'Nm': Unit(1.0, (1, 2, -2, 0)), 'ohm': Unit(1.0, (1, 2, -3, -2)),
     'H': Unit(1.0, (1, 2, -2, -2)), 'F': Unit(1.0, (-1, -2, 4, 2)), 'W': Unit(1.0, (1, 2, -3, 0)),
     'J': Unit(1.0, (1, 2, -2, 0)), 'Hz': Unit(1.0, (0, 0, -1, 0), timed=True), 'rad': _RAD,
+    'deg': _RAD._replace(factor=pi / 180),
     'rpm': Unit(pi / 30, (0, 0, -1, 0), 1, timed=True), 'gf': Unit(9.80665e-3, _NEWTON),
 }
 _PREFIXED |= {'\u03a9': _PREFIXED['ohm'], '\u2126': _PREFIXED['ohm'], 'Ohm': _PREFIXED['ohm']}
 _PLAIN = {
-    'deg': _RAD._replace(factor=pi / 180), 'rev': _RAD._replace(factor=2 * pi),
+    'rev': _RAD._replace(factor=2 * pi),
     'arcmin': _RAD._replace(factor=pi / 10800), 'arcsec': _RAD._replace(factor=pi / 648000),
     'min': Unit(60.0, (0, 0, 1, 0), timed=True), 'h': Unit(3600.0, (0, 0, 1, 0), timed=True),
     'days': Unit(86400.0, (0, 0, 1, 0), timed=True),
@@ -73,12 +75,12 @@ _PLAIN = {
     'ozf': Unit(0.27801385095, _NEWTON), '%': Unit(1e-2, _ONE.powers),
 }
 _PLAIN |= {'day': _PLAIN['days'],
-           '°': _PLAIN['deg'], 'Grad': _PLAIN['deg'],
+           '°': _PREFIXED['deg'], 'Grad': _PREFIXED['deg'],
            'rps': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
            'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
            'sec': _PREFIXED['s']}
 _SPELLED = {'volt': _PREFIXED['V'], 'amp': _PREFIXED['A'], 'ampere': _PREFIXED['A'],
-            'radian': _RAD, 'degree': _PLAIN['deg'], 'newton': _PREFIXED['N'],
+            'radian': _RAD, 'degree': _PREFIXED['deg'], 'newton': _PREFIXED['N'],
             'meter': _PREFIXED['m'], 'metre': _PREFIXED['m'], 'second': _PREFIXED['s'],
             'millisecond': Unit(1e-3, (0, 0, 1, 0), timed=True),
             'microsecond': Unit(1e-6, (0, 0, 1, 0), timed=True), 'rpm': _PREFIXED['rpm'],
@@ -87,7 +89,7 @@ _SPELLED = {'volt': _PREFIXED['V'], 'amp': _PREFIXED['A'], 'ampere': _PREFIXED['
 _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
            'min': Unit(30 / pi, (0, 0, 1, 0), -1, timed=True)}
 """Symbols where turns are counted: 1 Hz is a turn each second, 1/min a turn each minute."""
-_NEVER_MEGA = ('g', 'm', 's', 'A', 'V', 'H', 'F', 'rad', 'rpm')
+_NEVER_MEGA = ('g', 'm', 's', 'A', 'V', 'H', 'F', 'rad', 'deg', 'rpm')
 """Symbols whose M is a misspelled m: no servo has a megaampere."""
 _COUNTS = ('counts', 'count', 'cnt', 'cnts', 'ticks', 'tick', 'inc', 'incs', 'increments', 'lsb')
 _WHOLE = re.compile(r'\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![A-Za-z°])|[^\s·*./()^]+|\^|[·*]{1,2}|[/()]')
@@ -99,7 +101,8 @@ def parsed(text: str, turned: bool = False) -> Unit:
 
     ``turned``: Hz and 1/min count turns, of 2 pi rad; else Hz is 1/s, and 1/min 1/60 of that.
     """
-    plain = units_in_symbols(text).translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
+    plain = symbols_of(units_in_symbols(text))
+    plain = plain.translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
     plain = re.sub(r'\^\s*|\*\*(?=-?\d)', '', plain).replace('/rad/s', '/(rad/s)')
     plain = re.sub(r'(?<=[A-Za-z])-(?=[A-Za-z])', ' ', plain)  # N-m
     plain = re.sub(r'\bU/(?=min|s)', 'rev/', plain)  # as German has it

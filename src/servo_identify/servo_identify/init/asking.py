@@ -73,7 +73,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             first = replace(loose[0], column=ENCODERS[0])
             unit = '' if not _refused(ENCODERS[0], first) and (first.unit or si) else ':UNIT'
             missing.append(f'--column {shlex.quote(f"motor_position={first.source}{unit}")} '
-                           f'(or load_position{f"; or of {others}" if others else ""})')
+                           f'(or load_position{f"; or of {others}" if others else ""}'
+                           f'{"; both shafts take a --column each" if others else ""})')
     for names in (('t',), ENCODERS):
         if any(name in chosen or not ask and proposals.get(name) for name in names) or (
                 not ask and loose and names is ENCODERS):
@@ -106,7 +107,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[column] = replace(one, unit=unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
-                f'({refused})' if refused else '(or --si for all)') + _or_without(column))
+                f'({refused})' if refused else '(or --si for all)')
+                + _or_without(column, _goes_without(column, one, chosen)))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
 
 
@@ -133,10 +135,16 @@ def not_asked_for(of: Offered) -> list[str]:
     return beside[:SHOWN] + ([f'and {more} columns more'] if more > 0 else [])
 
 
-def _or_without(column: str) -> str:
-    """Say how a column is left out that is no part of every diagnosis."""
-    needed = column in ('t', 'voltage', 'current', *ENCODERS)
+def _or_without(column: str, spare: bool = False) -> str:
+    """Say how a column is left out that is ``spare``, or no part of every diagnosis."""
+    needed = column in ('t', 'voltage', 'current', *ENCODERS) and not spare
     return '' if needed else f', or --column {column}= without it'
+
+
+def _goes_without(column: str, one: Proposal, chosen: Container[str]) -> bool:
+    """Tell whether a command is a share of the supply beside a current, which may drive alone."""
+    return column == 'voltage' and is_share(one.source) and (
+        'current' in chosen or 'current_reference' in chosen)
 
 
 def _may_be(of: Offered, names: Sequence[str], taken: Container[str]) -> list[str]:
@@ -169,9 +177,10 @@ def _usual(one: Proposal, linear: bool) -> str:
 
 def _refused(column: str, one: Proposal) -> str:
     """Say why a unit cannot be that of a column; '' where it can."""
-    if not one.unit and column in COMMANDS and is_share(one.source):
-        return ('it is a share of the supply: give what 1 of it is, 24 V of a duty, 24/255 V of '
-                'counts up to 255')
+    if column in COMMANDS and is_share(one.source) and one.unit in ('', '%', 'percent'):
+        return ('it is a share of the supply: give what 1 of it is, ' + (
+            '0.24 V of a % at 24 V' if one.unit else '24 V of a duty, 24/255 V of counts up to '
+            '255'))
     try:
         judge_unit(repr(one.source), column, one.unit)
     except ValueError as problem:

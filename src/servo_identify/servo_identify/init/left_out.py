@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 import re
 
-from ..data.column_names import TOLD_TORQUE, TORQUE
+from ..data.column_names import ANGLE, looks_like, TOLD_TORQUE, TORQUE
 from .proposals import Proposal
 from .sources import Offered
 
@@ -14,6 +14,9 @@ _TORQUES = {
             "--column 'torque={}:UNIT' where a sensor measured it",
     TOLD_TORQUE: 'is a torque that was told; '
                  "--column 'voltage={}:UNIT' where it is what the drive received"}
+
+
+_SHAFTS = ('motor_position', 'load_position')
 
 
 def left_out(of: Offered, chosen: Mapping[str, Proposal], joint: str) -> list[str]:
@@ -26,11 +29,29 @@ def left_out(of: Offered, chosen: Mapping[str, Proposal], joint: str) -> list[st
             if source not in taken]
 
 
+def reasons(of: Offered, left: Sequence[str]) -> list[str]:
+    """Return why columns that were left out cannot be read, where their names are needed."""
+    return [said for name, said in of.refused.items() if name in left and looks_like(name)]
+
+
+def other_angles(proposals: Mapping[str, Sequence[Proposal]], chosen: Mapping[str, Proposal],
+                 left: Sequence[str]) -> list[str]:
+    """Return which angles may be that of the other shaft, where one shaft has its own."""
+    shafts = [one for one in _SHAFTS if one not in chosen]
+    if len(shafts) != 1:
+        return []
+    shaft = shafts[0].partition('_')[0]
+    return [f"{one.source!r} is an angle as well: --column '{shaft}_position={one.source}"
+            f"{'' if one.unit else ':UNIT'}' where it is that of the {shaft}"
+            for one in proposals.get(ANGLE, ()) if one.source in left]
+
+
 def remarks(proposals: Mapping[str, Sequence[Proposal]], chosen: Mapping[str, Proposal],
             left: Sequence[str]) -> list[str]:
     """Return what is said of what was left out and may be needed: torques, the command."""
     said = [f'{one.source!r} {told.format(one.source)}' for kind, told in _TORQUES.items()
             for one in proposals.get(kind, ()) if one.source in left]
+    said += other_angles(proposals, chosen, left)
     set_point = chosen.get('current_reference')
     if set_point and 'voltage' not in chosen:
         said.append(f'there is no command; {set_point.source!r} is the set-point of the current: '

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+import re
 from types import ModuleType
 from typing import Any
 
 from .joint import ModelError
+
+_ROBOT = re.compile(rb'^\s*(?:<\?.*?\?>|<!--.*?-->|\s)*<robot\b', re.DOTALL)
+"""How a URDF file begins."""
 
 
 def mujoco_library() -> ModuleType:
@@ -30,6 +34,8 @@ def compiled(path: Path | str) -> tuple[Any, list[str]]:
     mujoco = mujoco_library()
     if not Path(path).is_file():
         raise ModelError(f'{path}: there is no such file')
+    if _ROBOT.search(Path(path).read_bytes()):  # MuJoCo would read it without its transmissions
+        raise ModelError(f'{path}: is a URDF file; servo-twin from-urdf reads it')
     try:
         return mujoco.MjModel.from_xml_path(str(path)), []
     except ValueError as problem:

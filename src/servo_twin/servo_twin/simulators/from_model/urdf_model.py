@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import inf, nan
+from math import inf
 from pathlib import Path
 import re
 from xml.etree import ElementTree
@@ -16,9 +16,9 @@ from ...description.nearest_name import or_what
 from ..joint import GRAVITY, Joint, ModelError
 from ..mujoco_model import compiled_text
 from .mujoco_joint import joint_of
+from .urdf_transmission import number_in, reduction_of
 
 _MOVING = ('revolute', 'continuous', 'prismatic')
-_REDUCTIONS = ('mechanicalReduction', 'mechanical_reduction')  # of ROS 1, and of ros2_control
 
 
 def joint_of_urdf(path: Path | str, name: str, at: Mapping[str, float] | None = None,
@@ -46,6 +46,7 @@ def _read(path: Path | str, name: str, at: Mapping[str, float],
         if each.find('parent') is None or each.find('child') is None:
             raise ModelError(f'{path}: joint {each.get("name")!r} has no parent or no child')
     one = _chosen(joints, name, path)
+    _check_signs(one, path)
     left_out: list[str] = []
     for other, value in at.items():
         if other not in joints:
@@ -63,7 +64,7 @@ def _read(path: Path | str, name: str, at: Mapping[str, float],
     said = Path(path).name
     where = ''.join(f', {other} = {value:g}' for other, value in at.items())
     found = joint_of(model, name, said)
-    reduction = _reduction(robot, name, left_out)
+    reduction = reduction_of(robot, name, left_out)
     return _worded(found, one, said, f'zero{where}', gravity, left_out), reduction
 
 
@@ -94,9 +95,21 @@ def _chosen(joints: Mapping[str, ElementTree.Element], name: str,
         raise ModelError(f'{path}: there is no joint {name!r}; '
                          f'{or_what(name, moving, "joints that move are")}')
     if name not in moving:
-        raise ModelError(f'{path}: joint {name!r} is {joints[name].get("type")}; a servo drives '
-                         f'one of {moving}')
+        kind = joints[name].get('type') or 'of no type'
+        raise ModelError(f'{path}: joint {name!r} is {kind}; a servo drives ' + (
+            f'one of {moving}' if moving else f'one that is {", ".join(_MOVING)}, and there is '
+            'none in it'))
     return joints[name]
+
+
+def _check_signs(one: ElementTree.Element, path: Path | str) -> None:
+    """Raise ModelError for damping, friction or a limit below zero, which no joint has."""
+    for tag, key in (('dynamics', 'damping'), ('dynamics', 'friction'), ('limit', 'effort'),
+                     ('limit', 'velocity')):
+        place = one.find(tag)
+        if place is not None and number_in(place.get(key, '0')) < 0.0:
+            raise ModelError(f'{path}: joint {one.get("name")!r} has a {tag} {key} of '
+                             f'{place.get(key)}; it must be 0 or more')
 
 
 def _cut(robot: ElementTree.Element, joints: Mapping[str, ElementTree.Element],
@@ -194,7 +207,8 @@ def _worded(found: Joint, one: ElementTree.Element, said: str, where: str, gravi
     ends = [each for each in found.left_out if each.startswith('end stops')]
     limit = one.find('limit')
     if limit is not None:
-        speed, effort = _number(limit.get('velocity', 'inf')), _number(limit.get('effort', 'inf'))
+        speed = number_in(limit.get('velocity', 'inf'))
+        effort = number_in(limit.get('effort', 'inf'))
         if 0.0 < speed < inf:
             ends.append(f'its speed limit, {speed:g} {found.unit("rad")}/s')
         zero = [name for name, value in (('effort', effort), ('velocity', speed)) if value == 0.0]
@@ -208,40 +222,3 @@ def _worded(found: Joint, one: ElementTree.Element, said: str, where: str, gravi
     return replace(found, sources={name: text for name, text in sources.items()
                                    if name in found.sources},
                    left_out=(*left_out, *ends))
-
-
-def _reduction(robot: ElementTree.Element, name: str, left_out: list[str]) -> float | None:
-    """
-    Return the size of the reduction of a joint's transmission, as a file of ROS 1 or 2 has it.
-
-    A direction and a transmission of several joints are ``left_out``. Raises ModelError for one
-    that is no number or zero.
-    """
-    for transmission in robot.findall('.//transmission'):
-        joints = transmission.findall('joint')
-        if name not in [one.get('name') for one in joints]:
-            continue
-        places = [one for place in (*joints, *transmission.findall('actuator'))
-                  for one in place if one.tag in _REDUCTIONS]
-        if len(joints) > 1:
-            left_out.append(f'transmission {transmission.get("name")!r}, which couples joints '
-                            f'{[one.get("name") for one in joints]}')
-        elif places:
-            value = _number(places[0].text)
-            if not 0.0 < abs(value) < inf:
-                raise ModelError(
-                    f'transmission {transmission.get("name")!r} of joint {name!r} has a '
-                    f'{places[0].tag} of {(places[0].text or "").strip()!r}; write turns of the '
-                    'motor for one of the joint, such as 50, or leave it out and give --ratio')
-            if value < 0.0:
-                left_out.append(f'that the motor turns against the joint ({places[0].tag} '
-                                f'{value:g}); turn the sign of motor_position in the mapping')
-            return abs(value)
-    return None
-
-
-def _number(text: str | None) -> float:
-    try:
-        return float(text or '')
-    except ValueError:
-        return nan
