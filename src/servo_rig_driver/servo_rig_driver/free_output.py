@@ -20,6 +20,8 @@ LAST_WORDS = 1.0  # s that what waits may take when the process ends
 
 def free_output() -> None:
     """Let nobody who writes to stdout or stderr wait from now on, up to the end of the process."""
+    if os.isatty(2):  # ROS looks at what it writes to, which is a pipe from now on
+        os.environ.setdefault('RCUTILS_COLORIZED_OUTPUT', '1')
     for number in (1, 2):
         if _may_wait(number):
             _free(number)

@@ -175,7 +175,7 @@ class TwinNode(ManagedNode):
         if before is None:
             raise ServoError('the twin is not configured: give it a servo file and configure it')
         running = self._answers.lockstep or Lockstep(servo, servo.step, self.settings)
-        kept = running.load(servo)
+        kept = running.load(servo) and running is self._answers.lockstep
         self._declaring = True
         try:
             servo_parameters.withdraw(self, before)
