@@ -42,7 +42,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--learn', choices=LEARNED, default='physical')
     parser.add_argument('--mode', choices=list(INPUT_OF), default='measured_input',
                         help='closed_loop simulates the controller with the recorded reference, '
-                        'for disturbances that come back through it')
+                        'for disturbances that come back through it; forced_motion leads the '
+                        'motor by its encoder, for two encoders alone')
     parser.add_argument('--horizon', type=float, help='s between restarts; left out, by the data')
     parser.add_argument('--weights', choices=WEIGHTS, default='residual')
     parser.add_argument('--no-delays', action='store_true',

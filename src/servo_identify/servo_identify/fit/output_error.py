@@ -57,10 +57,10 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     Fit free parameters of a servo to recordings.
 
     ``free`` paths of parameters (a row is freed element by element, or ``path[i]``); ``mode``
-    measured_input, closed_loop or forced_current; ``horizon`` s between restarts (None: by the
-    data); ``bounds`` by path, cut by declaration and (unless ``tolerance`` is false) by the servo
-    file's tolerance; ``channels`` to compare (None: all measured); ``delays``: estimate how late
-    each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
+    measured_input, closed_loop, forced_current or, of two encoders alone, forced_motion: the
+    motor's encoder leads the twin; ``horizon`` s between restarts (None: by the data); ``bounds``
+    by path, cut by declaration and (unless ``tolerance`` is false) by the servo file's tolerance;
+    ``channels`` to compare (None: all measured); ``delays``: estimate how late each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
     ``weights``: 'noise' divides a channel by its noise floor, 'residual' by what the best fit
     leaves where that is larger. 'whitened' does so after taking out what each residual shares with
     the one before. Errors that drift then no longer mask those that swing. ``near``: the
