@@ -60,15 +60,16 @@ def fit(servo: Servo, recordings: Sequence[Recording], free: Sequence[str], *,
     measured_input, closed_loop, forced_current or, of two encoders alone, forced_motion: the
     motor's encoder leads the twin; ``horizon`` s between restarts (None: by the data); ``bounds``
     by path, cut by declaration and (unless ``tolerance`` is false) by the servo file's tolerance;
-    ``channels`` to compare (None: all measured); ``delays``: estimate how late each channel is, so that lateness does not become inertia; ``robust``: Huber's loss;
-    ``weights``: 'noise' divides a channel by its noise floor, 'residual' by what the best fit
-    leaves where that is larger. 'whitened' does so after taking out what each residual shares with
-    the one before. Errors that drift then no longer mask those that swing. ``near``: the
-    values to start from are nearly the answer, as those of the equations are, so that neither
-    valleys nor starts are searched for, which takes most of the time. ``nearest``: of values that
-    cannot be told apart those nearest to the given ones, by their scales; else any of them.
-    ``on``: switches of the effects. ``progress`` is told before the first step (with the
-    warnings) and after each, and may raise to stop.
+    ``channels`` to compare (None: all measured); ``delays``: estimate how late each channel is, so
+    that lateness does not become inertia; ``robust``: Huber's loss; ``weights``: 'noise' divides a
+    channel by its noise floor, 'residual' by what the best fit leaves where that is larger.
+    'whitened' does so after taking out what each residual shares with the one before. Errors that
+    drift then no longer mask those that swing. ``near``: the values to start from are nearly the
+    answer, as those of the equations are, so that neither valleys nor starts are searched for,
+    which takes most of the time. ``nearest``: of values that cannot be told apart those nearest to
+    the given ones, by their scales; else any of them. ``on``: switches of the effects.
+    ``progress`` is told before the first step (with the warnings) and after each, and may raise to
+    stop.
     Raises ValueError (ServoError) for what cannot be fitted.
     """
     if weights not in WEIGHTS:
