@@ -92,6 +92,20 @@ def test_it_asks_on_a_terminal_until_the_answer_can_be(run, tmp_path, monkeypatc
     assert load(tmp_path / 's.yaml').values['drive.resistance'] == 2.1
 
 
+def test_two_encoders_alone_take_any_drive_and_lead_to_a_diagnosis(tmp_path, capsys):
+    turned = 0.5 * (1.0 - np.cos(0.5 * np.arange(2000) * 0.01))
+    data = write(tmp_path / 'axis.csv', {
+        'time': np.arange(2000) * 0.01, 'motor_position': 20.0 * turned, 'load_position': turned})
+    known = ['--si', '--mechanism', 'rigid', '--rotor-inertia', '1 g cm2', '--load-inertia',
+             '1 kg cm2', '--ratio', '20']
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions', *known]) == 2
+    assert 'the values of the drive take no part in it' in capsys.readouterr().err
+    drive = ['--drive', 'current', '--gain', '1 A/V', '--torque-constant', '1 N m/A']
+    assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions', *known,
+                 *drive]) == 0
+    assert 'next:    servo-identify diagnose' in capsys.readouterr().out
+
+
 def test_it_writes_over_nothing_without_force(run, tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
     more = ['--column', 'motor_position=theta:rad', '--si']

@@ -81,7 +81,7 @@ def main(arguments: argparse.Namespace) -> int:
     from ..init.given_columns import given_columns
     from ..init.joint_choice import choose_joint
     from ..init.left_out import left_out, other_angles, reasons, remarks
-    from ..init.next_step import next_command
+    from ..init.next_step import next_command, UNUSED, what_it_tells
     from ..init.noise import noise_of
     from ..init.proposals import needs_mapping, proposed, sampled_less_often
     from ..init.sources import offered
@@ -106,6 +106,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise ValueError('\n  '.join(['init needs to be told:', *missing, *(
             units if any(':UNIT' in one for one in missing) else []), *(
             f'the {section} is {said}' for section, said in machine.chosen.items()), *(
+                [UNUSED] if what_it_tells(columns) == 'the transmission' else []), *(
                 f'left out: {said}' for said in (*not_asked_for(of), *other_angles(
                     proposals, columns, left_out(of, columns, arguments.joint))))]))
     columns = with_signs(as_currents(with_command(machine, columns), machine), of)
@@ -160,10 +161,9 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.mapping_out:
         write(arguments.mapping_out, mapping_text(of, columns))
         written.append(arguments.mapping_out)
-    drives = {'voltage', 'current'} & columns.keys()
     following = shlex.join(next_command(
-        arguments.data, arguments.output, arguments.mapping_out)) if drives else (
-        'record the command or the current: without both there is no diagnosis')
+        arguments.data, arguments.output, arguments.mapping_out)) if what_it_tells(columns) else (
+        'record the command or the current: one encoder without both tells nothing')
     tell(arguments, written=written, next=following)
     say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
     return 0

@@ -1,10 +1,22 @@
-"""The command that comes after init, for all tables that are like the one that it looked at."""
+"""What comes after init, for all tables that are like the one that it looked at."""
 
 from __future__ import annotations
 
+from collections.abc import Container
 from pathlib import Path
 
 from ..data.csv_layout import layout_of, TEXTS
+
+UNUSED = ('two encoders alone tell the transmission: the values of the drive take no part in it, '
+          'so that any will do')
+
+
+def what_it_tells(columns: Container[str]) -> str:
+    """Return what a diagnosis of these columns tells: all, the transmission alone, or nothing."""
+    if 'voltage' in columns or 'current' in columns:
+        return 'all'
+    both = 'motor_position' in columns and 'load_position' in columns
+    return 'the transmission' if both else ''
 
 
 def next_command(data: Path, servo: Path, mapping: Path | None) -> list[str]:
