@@ -108,9 +108,19 @@ def test_it_refuses_encoders_without_a_number(refused, good):
     assert 'neither motor_position nor load_position holds a number' in refused(blind)
 
 
-def test_it_refuses_a_drive_without_a_number(refused, good):
-    deaf = with_columns(good, voltage=np.nan, current=np.nan)
+def test_it_refuses_one_encoder_and_a_drive_without_a_number(refused, good):
+    deaf = with_columns(good, voltage=np.nan, current=np.nan, load_position=np.nan)
     assert 'neither voltage nor current holds a number' in refused(deaf)
+
+
+def test_without_a_drive_it_judges_the_load_and_the_transmission(good, tmp_path):
+    bag = write_recording(tmp_path / 'bag', with_columns(good, voltage=np.nan, current=np.nan))
+    assert main(['diagnose', str(bag), '--servo', str(FILE), '-o', str(tmp_path / 'out'),
+                 '--no-page']) == 0
+    report = json.loads((tmp_path / 'out' / 'report.json').read_text())
+    assert report['verdict']['status'] == 'no_gap'
+    assert {w['balance'] for w in report['where'] if w['verdict'] != 'not observable'} == {
+        'load', 'transmission'}
 
 
 def test_it_refuses_a_servo_file_whose_simulation_diverges(refused, good, tmp_path):

@@ -117,7 +117,7 @@ def test_the_curve_over_the_slide_is_that_of_the_gears_as_drawn(tmp_path, capsys
         p = type('P', (), {n: servo.values[f'effects.play.{n}'] for n in (
             'settings', 'widths', 'cosine', 'sine')})
         p.setting = setting
-        motion = find('carrier_backlash').motion(0.0, 0.0, 1.0, 0.0, 0.0)
+        motion = find('carrier_backlash').motion(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
         return law(p, (), motion, 1e-4)
 
     for setting, x in zip(at, opened, strict=True):

@@ -47,7 +47,7 @@ DIMENSIONS = {
 MOTION_UNITS = {
     'angle': 'rad', 'motor_angle': 'rad', 'load_angle': 'rad', 'travel': 'rad', 'speed': 'rad/s',
     'rate': 'rad/s', 'torque': 'N m', 'current': 'A', 'temperature': 'degC', 'time': 's',
-    'direction': '', 'reference': 'rad', 'coupled_angle': 'rad',
+    'direction': '', 'reference': 'rad', 'coupled_angle': 'rad', 'driven': 'rad',
 }
 ANSWER_UNITS = {
     'friction': 'N m', 'torque': 'N m', 'mesh': 'N m', 'mesh_error': 'rad', 'clearance': 'rad',
@@ -92,8 +92,8 @@ def motions(effect: type[Effect], seed: int, samples: int = 40) -> list[dict[str
     angle = noise.uniform(-3.0, 3.0) + np.cumsum(speed) * 1e-2
     torque = np.cumsum(noise.normal(0.0, 30.0, samples))
     walk = {
-        'angle': angle, 'load_angle': angle, 'motor_angle': 161.0 * angle, 'speed': speed,
-        'rate': speed, 'torque': torque, 'travel': np.abs(angle - angle[0]),
+        'angle': angle, 'load_angle': angle, 'motor_angle': 161.0 * angle, 'driven': angle,
+        'speed': speed, 'rate': speed, 'torque': torque, 'travel': np.abs(angle - angle[0]),
         'current': torque / 10.0, 'value': torque / 10.0, 'time': np.arange(samples) * 1e-2,
         'temperature': 20.0 + np.cumsum(noise.normal(0.0, 1.0, samples)),
         'direction': np.where(speed > 0.0, 1.0, -1.0), 'reference': 1.01 * angle,
