@@ -51,10 +51,10 @@ class Simulated:
 
 def mode_of(recordings: Sequence[Recording]) -> str:
     """Return what drives the twin: the recorded command, the current, or the motor's encoder."""
-    for mode, channel in (('measured_input', 'voltage'), ('forced_current', 'current')):
-        if all(one.has(channel) for one in recordings):
-            return mode
-    return 'forced_motion'
+    if all(one.has('voltage') for one in recordings):
+        return 'measured_input'
+    driven = any(one.has('voltage') or one.has('current') for one in recordings)
+    return 'forced_current' if driven else 'forced_motion'
 
 
 def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = None) -> Simulated:

@@ -14,6 +14,7 @@ from .shape_search import SHAPES
 
 
 def hysteresis(builder: Builder, top: float) -> Hypothesis | None:
+    """Loops of the angle that is lost over the torque; ``top`` is the largest torque, N m."""
     mechanism = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
 
     def torsion(one: EquationErrors) -> np.ndarray:
