@@ -20,8 +20,8 @@ from .message_conversion import SECOND, to_time, TOPICS
 from .spinning import started
 
 BLOCK = 0.01  # s of samples in one message, at least one sample
-_MATCH = 5.0  # s that the first sample waits for somebody to listen
-_JOINING = 0.5  # s after which of several listeners that start together all have joined
+_MATCH = 10.0  # s that the first sample waits for somebody to listen
+_JOINING = 3.5  # s after which all have joined: one who missed the first news of it waits 3 s
 
 
 class GraphReplay(Node):
