@@ -42,7 +42,7 @@ def usable(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], 
     Raises CannotDiagnose when none is left.
     """
     kept, said = [], []
-    driven = any(map(_driven, recordings))
+    driven = any(one.driven for one in recordings)
     for one in recordings:
         reason = _refused(one, servo, driven)
         if reason:
@@ -52,11 +52,6 @@ def usable(recordings: list[Recording], servo: Servo) -> tuple[list[Recording], 
     if not kept:
         raise CannotDiagnose(said[0] if said else 'no recordings: name at least one bag')
     return kept, [f'left out: {reason}' for reason in said]
-
-
-def _driven(one: Recording) -> bool:
-    """Tell whether a recording says what drives the motor."""
-    return one.has('voltage') or one.has('current')
 
 
 def _refused(one: Recording, servo: Servo, driven: bool) -> str:
@@ -71,7 +66,7 @@ def _refused(one: Recording, servo: Servo, driven: bool) -> str:
     encoders = [n for n in ('motor_position', 'load_position') if one.has(n)]
     if not encoders:
         return 'neither motor_position nor load_position holds a number'
-    if not _driven(one) and (driven or len(encoders) < 2):
+    if not one.driven and (driven or len(encoders) < 2):
         among = ', as it does in others' if driven else ''
         more = '' if driven else '; two encoders would tell the transmission alone'
         return f'neither voltage nor current holds a number{among}, so nothing drives a twin{more}'

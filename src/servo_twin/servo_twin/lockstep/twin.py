@@ -97,10 +97,9 @@ class Twin:
         if not len(samples):
             return np.empty((0, len(OUTPUTS)))
         self._follow(sequence)
-        u, looped = self._inputs.take(samples, self._reference)
-        y = np.empty((len(u), len(OUTPUTS)))
+        y = np.empty((len(samples), len(OUTPUTS)))
         at = 0
-        while at < len(u):
+        while at < len(samples):
             if at in leaps:
                 self._restart(f'{leaps[at]}, by sample {sequence + at}')
             fresh = self._x is None
@@ -108,9 +107,10 @@ class Twin:
                 self._begin(sequence + at, samples[at])
                 if sequence + at != self._origin:
                     self._breaks.append(at)
-            end = min(len(u), at + _CHUNK, *(row for row in leaps if row > at))
-            before = None if fresh else u[at - 1] if at else self._last
-            self._run(u[at:end], y[at:end], looped[at:end], before)
+            end = min(len(samples), at + _CHUNK, *(row for row in leaps if row > at))
+            u, looped = self._inputs.take(samples[at:end], self._reference)
+            self._run(u, y[at:end], looped, None if fresh else self._last)
+            self._last = u[-1]
             good = np.isfinite(y[at:end]).all(axis=1)
             if good.all():
                 at = end
@@ -122,10 +122,8 @@ class Twin:
                 bad += 1
             at = bad
             self._inputs.forget()
-            u[at:], looped[at:] = self._inputs.take(samples[at:], self._reference)
-        self._last = u[-1]
-        self.samples += len(u)
-        self.next = sequence + len(u)
+        self.samples += len(samples)
+        self.next = sequence + len(samples)
         self.breaks = tuple(sorted(set(self._breaks)))
         return y
 

@@ -77,6 +77,11 @@ class Recording:
         return len(self.columns['voltage'])
 
     @property
+    def driven(self) -> bool:
+        """Whether it says what drives the motor: a command or a current."""
+        return self.has('voltage') or self.has('current')
+
+    @property
     def time(self) -> np.ndarray:
         """Seconds since the first sample, shape (samples,)."""
         return np.arange(len(self)) * self.period

@@ -53,8 +53,7 @@ def mode_of(recordings: Sequence[Recording]) -> str:
     """Return what drives the twin: the recorded command, the current, or the motor's encoder."""
     if all(one.has('voltage') for one in recordings):
         return 'measured_input'
-    driven = any(one.has('voltage') or one.has('current') for one in recordings)
-    return 'forced_current' if driven else 'forced_motion'
+    return 'forced_current' if any(one.driven for one in recordings) else 'forced_motion'
 
 
 def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = None) -> Simulated:
