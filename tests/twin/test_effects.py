@@ -248,8 +248,8 @@ def closed_cycle(effect: type[Effect], seed: int, **changes):
 
 
 DISSIPATING = [e for e in EFFECTS if e.port == 'friction' or e.name in (
-    'presliding_friction', 'dahl_friction', 'hysteresis', 'wind_up_damping',
-    'dissipative_hysteresis', 'viscoelasticity')]
+    'presliding_friction', 'dahl_friction', 'hysteresis', 'dahl_hysteresis',
+    'wind_up_damping', 'dissipative_hysteresis', 'viscoelasticity')]
 CONSERVATIVE = [find(name) for name in ('gravity', 'spring_load', 'cogging',
                                         'nonlinear_stiffness', 'stiffening_spring')]
 

@@ -123,6 +123,20 @@ def test_dahl_friction_follows_its_closed_form_through_reversals():
         start = -torque[-1]
 
 
+def test_a_rounded_loop_tends_to_its_level_and_small_ones_wander():
+    effect, s = find('dahl_hysteresis'), np.zeros(2)
+    p = parameters(effect, level=2.0, travel=1e-4)
+    ends, begin = [], 0.0
+    for end in (1e-3, 0.9e-3, 1e-3, 0.9e-3, 1e-3):
+        for angle in np.linspace(begin, end, 50):
+            torque = effect.law(p, s, effect.motion(angle, 0.0, 0.0), 1e-4)
+        ends.append(torque)
+        begin = end
+    assert ends[0] == pytest.approx(2.0, abs=1e-3)
+    assert ends[1] == pytest.approx(2.0 * (2.0 * np.exp(-1.0) - 1.0), abs=1e-3)
+    assert ends[0] - ends[2] > ends[2] - ends[4] > 0.0
+
+
 def test_hysteresis_closes_its_minor_loops():
     effect, s = find('hysteresis'), np.zeros(5)
     p = parameters(effect)

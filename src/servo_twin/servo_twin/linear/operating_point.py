@@ -16,13 +16,14 @@ from .signal_names import FRICTIONS
 
 _PERIODIC = 'repeats with the angle, so that its slope is another one at each angle'
 _ROUNDING = 'rounds: it has no slope, and acts as noise'
+_LOOPS = 'depends on the way that the torsion came, not on its value'
 WITHOUT_SLOPE = {
     'cogging': _PERIODIC, 'torque_ripple': _PERIODIC, 'transmission_error': _PERIODIC,
     'kinematic_error': _PERIODIC, 'load_encoder_eccentricity': _PERIODIC,
     'encoder_counts': _ROUNDING,
     'drive_dead_band': 'the command is taken to be outside the band, where the slope is 1',
     'network_deviation': 'follows the reference too; what is made linear is the model below it',
-    'hysteresis': 'depends on the way that the torsion came, not on its value',
+    'hysteresis': _LOOPS, 'dahl_hysteresis': _LOOPS,
 }
 """Effects that the linear form leaves out, and why; those of the port `clearance` besides."""
 

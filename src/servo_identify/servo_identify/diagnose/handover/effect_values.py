@@ -108,6 +108,9 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
         values = {'lag': float(np.asarray(one.knots) @ a)}
     elif name in SHAPED:
         values = SHAPED[name](one, a)
+    elif one.detail.get('law') == 'dahl_hysteresis':  # lost angle as torque
+        stiffness = one.detail['stiffness']
+        values = {'level': stiffness * float(a[0]), 'travel': float(one.knots[0]) / stiffness}
     elif name in ('hysteresis', 'torque_sensor_hysteresis') and one.detail.get('form') != 'curve':
         return _loops(part, one)
     elif name == 'backlash':

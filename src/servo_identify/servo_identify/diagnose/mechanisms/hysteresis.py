@@ -9,21 +9,39 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import bridged
 from .builder import Builder
 from .hypothesis import Hypothesis, Mechanism
-from .memory import LOOPS, relaxation, stop_operator
+from .memory import dahl_operator, LOOPS, relaxation, stop_operator
 from .shape_search import SHAPES
+
+_LOOPS = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
 
 
 def hysteresis(builder: Builder, top: float) -> Hypothesis | None:
     """Loops of the angle that is lost over the torque; ``top`` is the largest torque, N m."""
-    mechanism = Mechanism('hysteresis', 'mesh', 'mesh', ('load',), 'odd', memory=True)
 
     def torsion(one: EquationErrors) -> np.ndarray:
         torque = one.transmitted()
         return -np.column_stack([stop_operator(torque, share * top) for share in LOOPS])
 
     stiffness = builder.samples.servo.numbers.get('mechanism.stiffness', 1.0)
-    return builder.hypothesis(mechanism, builder.place('torsion', torsion), [1] * len(LOOPS),
+    return builder.hypothesis(_LOOPS, builder.place('torsion', torsion), [1] * len(LOOPS),
                               tuple(s * top for s in LOOPS), detail={'stiffness': stiffness})
+
+
+def rounded_loops(builder: Builder, top: float, residual: np.ndarray) -> Hypothesis | None:
+    """
+    Loops that bend over gradually after each reversal, so that small ones wander (Dahl).
+
+    Elements that slip close every small loop where it began, and leave most of this one.
+    """
+    def torsion(one: EquationErrors, width: float) -> np.ndarray:
+        return -dahl_operator(bridged(one.transmitted()), width)[:, None]
+
+    width = builder.best_shape(LOOPS[0] * top, LOOPS[-1] * top, lambda width: builder.place(
+        'torsion', lambda one: torsion(one, width)).table[:, 0], residual)
+    stiffness = builder.samples.servo.numbers['mechanism.stiffness']
+    return builder.hypothesis(_LOOPS, builder.place('torsion', lambda one: torsion(one, width)),
+                              [1], (width,), tried=SHAPES,
+                              detail={'law': 'dahl_hysteresis', 'stiffness': stiffness})
 
 
 def creep(builder: Builder, residual: np.ndarray) -> Hypothesis | None:

@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from numba import njit
 import numpy as np
 from scipy.signal import lfilter
 
-from servo_twin.physics.effects.dahl_friction import DahlFriction
+from servo_twin.physics.dahl import built_up
 
 LOOPS = (0.05, 0.12, 0.3, 0.7)
 """Shares of the largest torque over which a loop may close: one that never does is elastic."""
-
-
-_dahls_law = njit(DahlFriction.law)
-
-
-class _Values(NamedTuple):
-    level: float
-    travel: float
-
-
-class _Motion(NamedTuple):
-    speed: float
 
 
 def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
@@ -38,7 +24,7 @@ def stop_operator(x: np.ndarray, width: float) -> np.ndarray:
 
 def dahl_operator(x: np.ndarray, travel: float) -> np.ndarray:
     """
-    Return the answer of :class:`DahlFriction` to ``x``, between -1 and 1, shape of ``x``.
+    Return Dahl's answer to ``x``, between -1 and 1, shape of ``x``.
 
     It is 1 where ``x`` has risen by many times ``travel``.
     """
@@ -100,9 +86,9 @@ def _within_rate(x: np.ndarray, most: float) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def _dahl(x: np.ndarray, travel: float) -> np.ndarray:
-    values, s, out = _Values(1.0, travel), np.zeros(1), np.zeros(len(x))
+    out = np.zeros(len(x))
     for k in range(1, len(x)):
-        out[k] = -_dahls_law(values, s, _Motion(x[k] - x[k - 1]), 1.0)
+        out[k] = built_up(out[k - 1], x[k] - x[k - 1], travel)
     return out
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
-from .hysteresis import creep, hysteresis
+from .hysteresis import creep, hysteresis, rounded_loops
 from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
 from .slip import slip
@@ -36,8 +36,9 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         yield from filter(None, (_compliance(builder),))
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
         yield from filter(None, (_bent(builder, top), _one_sided(builder),
-                                 hysteresis(builder, top), creep(builder, residual),
-                                 _by_load(builder, top)))
+                                 hysteresis(builder, top),
+                                 rounded_loops(builder, top, residual),
+                                 creep(builder, residual), _by_load(builder, top)))
         yield from _varying(builder, residual)
     if builder.samples.present == ('transmission',):
         yield from filter(None, (lost_motion(builder, residual),))

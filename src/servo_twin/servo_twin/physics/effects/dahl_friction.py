@@ -1,7 +1,7 @@
 """Friction that builds up with travel after each reversal (Dahl)."""
 
+from ..dahl import built_up
 from ..effect import Parameter
-from ..elementary_functions import exp
 from ..ports import Torque
 
 
@@ -26,6 +26,5 @@ class DahlFriction(Torque):
 
     @staticmethod
     def law(p, s, motion, h):
-        way = 1.0 if motion.speed > 0.0 else -1.0
-        s[0] = way + (s[0] - way) * exp(-h * abs(motion.speed) / p.travel)
+        s[0] = built_up(s[0], h * motion.speed, p.travel)
         return -p.level * s[0]
