@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from test_clocks import AXIS, moved, PERIOD
-from test_selection import named_by_equations
+from test_selection import named_by_equations, recorded, SERVO, with_effect
 
+from servo_identify.diagnose.handover.parts import parts_of
 from servo_identify.diagnose.handover.simulated_gap import simulated
+from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.choice import Choice
+from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -160,3 +164,18 @@ def test_a_twin_that_drifts_throws_no_load_by_a_torsion_that_encoders_contradict
     heavy = AXIS.with_values({'effects.rubs.level': 0.8})  # of the twin; the rig rubs less
     gap = simulated(heavy, [moved(5)]).gap
     assert gap.rms('torsion') < 10.0 * gap.floor['torsion']  # 216 with a start that is free
+
+
+@pytest.mark.slow
+def test_a_hose_that_stiffens_is_a_spring_though_waves_of_a_weight_follow_it_as_well():
+    angles = np.linspace(-0.3, 0.3, 16)
+    rig = with_effect('torque_over_angle', 'load', low=-0.3, high=0.3,
+                      curve=tuple(-3.0 * np.sinh(angles / 0.08)))
+    found = explained(residual_samples([recorded(rig, seed) for seed in (1, 2)], SERVO))
+    assert [one.mechanism.name for one in found.chosen] == ['spring_load']
+    weight = next(n for n, one in enumerate(found.hypotheses)
+                  if one.mechanism.name == 'gravity' and len(one.knots) == 6)
+    fit = found.search.fitted(Choice(()).plus(weight, 0))
+    as_weight = replace(found, explanation=replace(found.explanation, smallest=fit))
+    (part,) = parts_of(as_weight, weight, np.tile(as_weight.amplitudes(weight), (9, 1)), ())
+    assert (part.mechanism.name, part.mechanism.site) == ('spring_load', 'load')

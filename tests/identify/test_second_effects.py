@@ -107,9 +107,10 @@ def test_a_second_effect_that_comes_and_goes_with_the_recordings_is_a_warning(mo
     several = [braked(seed, weight=0.4) for seed in (1, 2, 3)]
 
     def halves(found):
-        brake, weight = (next(h.mechanism.key for h in found.chosen if h.mechanism.name == name)
+        brake, weight = (next(h.mechanism for h in found.chosen if h.mechanism.name == name)
                          for name in ('eddy_brake', 'gravity'))
-        return [{brake, weight}] * named + [{brake}] * (4 - named)
+        both = {brake.key: brake, weight.key: weight}
+        return [both] * named + [{brake.key: brake}] * (4 - named)
 
     monkeypatch.setattr('servo_identify.diagnose.diagnose.halves', halves)
     report = diagnose(several[:1], BRAKED, several[1:2], several[2:]).report

@@ -19,7 +19,7 @@ from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.confidence import preferred, Rival, surer
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.selection.regression import Products
-from servo_identify.diagnose.selection.stability import share_of
+from servo_identify.diagnose.selection.stability import instead, share_of
 from servo_identify.diagnose.splitting import Split
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
@@ -83,10 +83,13 @@ def test_no_sum_of_squares_is_negative():
 def test_a_half_counts_that_names_the_mechanism_or_what_is_not_told_from_it():
     one, other, third = (Mechanism(name, 'friction', 'load', ('direction',), 'odd')
                          for name in ('coulomb_friction', 'constant_torque', 'spring_load'))
-    answers = [{one.key}, {other.key, third.key}, {third.key}, set()]
+    answers = [{each.key: each for each in some}
+               for some in ((one,), (other, third), (third,), ())]
     assert share_of(answers, one) == 0.25
     assert share_of(answers, one, other) == 0.5
     assert share_of([], one) == 1.0
+    assert instead(answers, [one], []) == [(third, 0.5), (other, 0.25)]
+    assert instead(answers, [one], [third]) == [(other, 0.25)]
 
 
 def without(recording, *names):

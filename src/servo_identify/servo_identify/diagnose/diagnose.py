@@ -30,7 +30,7 @@ from .handover.trial import content
 from .residuals.samples import residual_samples
 from .selection.confidence import preferred
 from .selection.explain import explained
-from .selection.stability import halves
+from .selection.stability import Half, halves
 from .splitting import Split, split
 from .stages import Stages
 
@@ -129,7 +129,7 @@ def _parted(recordings: Sequence[Recording], accepting: Sequence[Recording],
     return parts, judged, [*warnings, *parts.warnings]
 
 
-def _compared(servo: Servo, handed: Handed, several: list[set[tuple[str, ...]]]) -> Evidence:
+def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence:
     """Run the twins over the report recordings, each missing effect taken out once."""
     handover, report = handed.handover, list(handed.parts.report)
     cut, judged = Cut(), judging(handed.accept, servo.step)

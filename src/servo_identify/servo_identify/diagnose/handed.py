@@ -9,18 +9,19 @@ import numpy as np
 
 from servo_twin.recording.recording import Recording
 
-from .answer.evidence import Finding, named_in
+from .answer.evidence import Finding, named_in, names_of
 from .answer.row_instants import command_late, split_as_acted
-from .decisions import EVEN
+from .decisions import ALTERNATIVE, EVEN
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over
 from .handover.curves import Part
 from .handover.handover import Handover
 from .handover.parts import friction_at_once, parts_of
-from .mechanisms.hypothesis import UNKNOWN
+from .mechanisms.hypothesis import Mechanism, UNKNOWN
 from .residuals.added_input import added_input
 from .selection.confidence import redrawn, Rival
 from .selection.explain import Explained
+from .selection.stability import Half, instead
 from .splitting import Split
 
 
@@ -41,7 +42,7 @@ class Handed:
 
 
 def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
-              several: list[set[tuple[str, ...]]], parts: Split, accepting: bool,
+              several: Sequence[Half], parts: Split, accepting: bool,
               without: Sequence[str], tick: Callable[[float], None]) -> Handed:
     """
     Return an answer with the files; raises simulated_gap.Diverged.
@@ -58,6 +59,7 @@ def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
     acting = [_waved(one, found) for one in acting]
     doubtful = _doubtful(found, several, acting)
     acting = [one for one in acting if one not in doubtful]
+    acting = [replace(one, instead=_instead(found, several, one, acting)) for one in acting]
     parts = split_as_acted(parts, command_late(found))
     chosen = selecting(parts, accepting)
     accept = list(parts.accept) or chosen
@@ -65,6 +67,14 @@ def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
     handover = handed_over(found.samples.servo, [one.added for one in acting], fitting, accept,
                            found.within_tolerance(), tick)
     return Handed(found, tuple(acting), parts, tuple(accept), handover, doubtful)
+
+
+def _instead(found: Explained, several: Sequence[Half], one: Finding, all_of: Sequence[Finding]
+             ) -> tuple[tuple[Mechanism, float], ...]:
+    """Return what halves of the recordings name in the place of a finding, often enough."""
+    others = [name for other in all_of if other is not one for name in names_of(found, other)]
+    return tuple((mechanism, share) for mechanism, share in instead(
+        several, names_of(found, one), others) if share >= ALTERNATIVE)
 
 
 def selecting(parts: Split, accepting: bool) -> list[Recording]:
@@ -117,7 +127,7 @@ def _waved(one: Finding, found: Explained) -> Finding:
     return replace(one, wave=wave, added=Added(one.part)) if wave else one
 
 
-def _doubtful(found: Explained, several: list[set[tuple[str, ...]]], acting: Sequence[Finding]
+def _doubtful(found: Explained, several: Sequence[Half], acting: Sequence[Finding]
               ) -> tuple[Finding, ...]:
     """
     Return the findings that come and go with the recordings, so that they are not told.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from servo_twin.physics.servo import Servo
@@ -11,11 +11,11 @@ from ..handover.added import Added
 from ..handover.curves import Part
 from ..handover.handover import Handover
 from ..handover.simulated_gap import Simulated
-from ..mechanisms.hypothesis import UNKNOWN
+from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from ..residuals.added_input import AddedInput
 from ..selection.confidence import Rival
 from ..selection.explain import Explained
-from ..selection.stability import share_of
+from ..selection.stability import Half, share_of
 from ..splitting import Split
 
 
@@ -24,6 +24,7 @@ class Finding:
     """
     A missing effect of the answer: its part, its confidence and rivals, what is added.
 
+    ``instead`` is what halves of the recordings that do not name it name in its place.
     ``wave`` is what somebody adds behind the controller, where that is what its equation shows.
     """
 
@@ -32,17 +33,23 @@ class Finding:
     rivals: tuple[Rival, ...]
     added: Added
     wave: AddedInput | None = None
+    instead: tuple[tuple[Mechanism, float], ...] = ()
 
 
-def named_in(found: Explained, halves: list[set[tuple[str, ...]]], one: Finding) -> float:
+def names_of(found: Explained, one: Finding) -> list[Mechanism]:
+    """Return a finding, what it is a part of, and its rivals."""
+    return [one.part.mechanism, found.hypotheses[one.part.number].mechanism,
+            *(rival.mechanism for rival in one.rivals)]
+
+
+def named_in(found: Explained, halves: Sequence[Half], one: Finding) -> float:
     """
     Return in how many of the halves a finding came out.
 
     By its own name, by that of the hypothesis that it is a part of, or by that of a rival: what
     these recordings do not tell apart, its confidence says already.
     """
-    whole = found.hypotheses[one.part.number].mechanism
-    return share_of(halves, one.part.mechanism, whole, *(rival.mechanism for rival in one.rivals))
+    return share_of(halves, *names_of(found, one))
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ class Evidence:
     split: Split
     found: Explained
     findings: tuple[Finding, ...]
-    halves: list[set[tuple[str, ...]]]
+    halves: Sequence[Half]
     handover: Handover
     reported: Mapping[str, Simulated]
     dropped: Mapping[int, Simulated]

@@ -25,11 +25,12 @@ def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
     mechanism, curve, added = one.part.mechanism, one.part.curve, one.added
     halves = named_in(evidence.found, evidence.halves, one)
     sure = min(one.confidence, max(halves, 0.5 * one.confidence))
-    place = min(1.0, sure + sum(r.confidence for r in one.rivals
-                                if r.mechanism.site == mechanism.site))
+    others = [*((r.mechanism, r.confidence) for r in one.rivals), *one.instead]
+    place = min(1.0, sure + sum(share for other, share in others
+                                if other.site == mechanism.site))
     # the same mechanism may act at another shaft: then it is known better than its place
-    sure = min(1.0, sure + sum(r.confidence for r in one.rivals
-                               if r.mechanism.name == mechanism.name))
+    sure = min(1.0, sure + sum(share for other, share in others
+                               if other.name == mechanism.name))
     confidence = {'place': place, 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
     if curve is not None:
         confidence['curve'] = sure * curve.certain()
@@ -51,9 +52,9 @@ def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
         interval = (realised, realised)
     parameters = _parameters(evidence, added)
     drawn = None if curve is None else drawn_curve(evidence, one, curve)
-    alternatives = tuple(Alternative(r.mechanism.name, r.mechanism.site, round(r.confidence, 3),
-                                     tell(mechanism.name, r.mechanism.name))
-                         for r in one.rivals)
+    alternatives = tuple(Alternative(other.name, other.site, round(share, 3),
+                                     tell(mechanism.name, other.name))
+                         for other, share in others)
     return MissingEffect(
         mechanism.name, mechanism.site, parameters, predicted, realised,
         interval,

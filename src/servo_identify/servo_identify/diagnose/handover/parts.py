@@ -6,7 +6,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import nnls
 
 from servo_twin.physics.servo import Placed
 
@@ -14,16 +13,16 @@ from ..decisions import FORM, OPEN, WORTH
 from ..mechanisms.hypothesis import UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
 from ..selection.explain import Explained
-from .curves import Curve, curve_of, Part
+from .curves import curve_of, Part
+from .friction_shares import common, over_load, over_speed
+from .laws import lawful
 
-RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
-BELLS = 8  # speeds within which friction may fall
 VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1),
           'backlash': ('width', 0)}
 """The value of a law, and the power of the speed that it stands before."""
 
 SPEED_LAWS = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'quadratic_drag')
-GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
+OVER_ANGLE = ('gravity', 'spring_load')  # torques of the load over its angle, by their law alone
 
 
 def parts_of(found: Explained, number: int, draws: np.ndarray,
@@ -43,17 +42,19 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     amplitudes = found.amplitudes(number)
     whole = Part(number, one.mechanism, curve, amplitudes, way=one.detail.get('way', 0.0),
                  draws=draws)
+    if curve is not None and one.mechanism.name in OVER_ANGLE:
+        return [_by_law(found, whole)]
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
     if one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level
         return _by_speed(found, whole, without)
     if one.mechanism.port == 'clearance':
-        common = _common(curve)
-        if one.mechanism.name == 'backlash' or curve.size(curve.y - common) > FORM * curve.size():
+        level = common(curve)
+        if one.mechanism.name == 'backlash' or curve.size(curve.y - level) > FORM * curve.size():
             return [whole]
-        named = {'backlash': np.full(len(curve.x), common)}
+        named = {'backlash': np.full(len(curve.x), level)}
     elif one.mechanism.name == SPEED_FRICTION:
-        named = _over_speed(curve, _own(found, one.mechanism.site))
+        named = over_speed(curve, _own(found, one.mechanism.site))
         parts = _worth_naming(found, whole, named)
         if _follow_not(found, whole, parts):
             parts = [_bent(whole, named)]
@@ -65,16 +66,32 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
                  'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
-        named = _over_load(curve, _own(found, one.mechanism.site))
+        named = over_load(curve, _own(found, one.mechanism.site))
     elif one.mechanism.name == 'position_dependent_friction':
-        common = _common(curve)
-        if abs(common) < WORTH * curve.size():
+        level = common(curve)
+        if abs(level) < WORTH * curve.size():
             return [whole]
-        named = {'coulomb_friction': np.full(len(curve.x), common),
-                 one.mechanism.name: curve.y - common}
+        named = {'coulomb_friction': np.full(len(curve.x), level),
+                 one.mechanism.name: curve.y - level}
     else:
         return [whole]
     return _nameable(_worth_naming(found, whole, named), whole, without)
+
+
+def _by_law(found: Explained, whole: Part) -> Part:
+    """
+    Return a torque over an angle with the name of the law that holds more of its curve.
+
+    Its own stays where that is the curve. A weight with multiples of its order, and a spring that
+    bends, are any curve: a hose that stiffens is nearer to a spring, whatever it was made of.
+    """
+    several = {name: lawful(replace(whole, mechanism=replace(whole.mechanism, name=name)),
+                            found.samples.servo) for name in OVER_ANGLE}
+    own = several[whole.mechanism.name]
+    if own is not None and own.law:
+        return whole
+    best = max(several, key=lambda name: getattr(several[name], 'holds', 0.0))
+    return replace(whole, mechanism=replace(whole.mechanism, name=best))
 
 
 def friction_at_once(found: Explained, several: Sequence[Part],
@@ -111,7 +128,7 @@ def _by_speed(found: Explained, whole: Part, without: Collection[str]) -> list[P
     """Return the laws that friction over speed is made of, or its curve where no sum is it."""
     assert whole.curve is not None
     curve = whole.curve
-    named = _over_speed(curve, _own(found, whole.mechanism.site))
+    named = over_speed(curve, _own(found, whole.mechanism.site))
     parts = _worth_naming(found, whole, named)
     if curve.size(curve.y - sum(named.values())) > FORM * curve.size() or (
             _follow_not(found, whole, parts)):
@@ -194,48 +211,3 @@ def _of_file(found: Explained, part: Part) -> Part:
     change = float((x**power @ y) / (x**power @ x**power)) / lever**(1 + power)
     return replace(part, path=f'effects.{known.name}.{name}', change=change, mechanism=replace(
         part.mechanism, name=f'parameter:{known.name}.{name}', site=known.site))
-
-
-def _common(curve: Curve) -> float:
-    """Return what resists at nearly all angles: the level that most of the curve is beyond."""
-    low, high = np.quantile(curve.y, (RARE, 1.0 - RARE))
-    return float(max(0.0, low) + min(0.0, high))
-
-
-def _over_speed(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
-    """
-    Return what each friction law over speed takes of a curve.
-
-    ``less`` are those that the servo file has there, and may have too much of.
-    """
-    speed, top = curve.x, float(np.max(curve.x)) or 1.0
-    falls = np.geomspace(0.02, 0.5, BELLS) * top
-    return _amounts(curve, {
-        'coulomb_friction': np.ones((len(speed), 1)),
-        'viscous_friction': speed[:, None] / top,
-        'quadratic_drag': (speed[:, None] / top) ** 2,
-        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}, less)
-
-
-def _over_load(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
-    """Return what of a curve over the load is there without any, and what grows with it."""
-    share = np.abs(curve.x) / (float(np.max(np.abs(curve.x))) or 1.0)
-    return _amounts(curve, {
-        'coulomb_friction': np.ones((len(share), 1)),
-        'load_dependent_friction': share[:, None] ** GROWTH}, less)
-
-
-def _amounts(curve: Curve, tables: dict[str, np.ndarray], less: Collection[str]
-             ) -> dict[str, np.ndarray]:
-    """Return what each of some laws takes of a curve: what resists, or of ``less`` too much."""
-    signs = {name: (1.0, -1.0)[:1 + (name in less)] for name in tables}
-    table = np.hstack([sign * some for name, some in tables.items() for sign in signs[name]])
-    sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
-    amounts, _ = nnls(table * sure[:, None], curve.y * sure)
-    found, at = {}, 0
-    for name, some in tables.items():
-        found[name] = np.zeros(len(curve.y))
-        for sign in signs[name]:
-            found[name] += sign * some @ amounts[at:at + some.shape[1]]
-            at += some.shape[1]
-    return found

@@ -7,11 +7,13 @@ What comes and goes with the split is no finding (stability selection: Meinshaus
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ..mechanisms.hypothesis import Mechanism
+from ..mechanisms.hypothesis import Mechanism, UNKNOWN
 from .complete import completed
 from .confidence import by_values
 from .explain import Explained
@@ -20,17 +22,20 @@ from .small_effects import with_small_effects
 
 PAIRS = 2  # of complementary halves
 
+Half = Mapping[tuple[str, ...], Mechanism]
+"""The mechanisms that half of the recordings gives, by their keys."""
 
-def halves(found: Explained) -> list[set[tuple[str, ...]]]:
+
+def halves(found: Explained) -> list[Half]:
     """
-    Return the keys of the mechanisms that each half of the recordings (or blocks) gives.
+    Return the mechanisms that each half of the recordings (or blocks) gives.
 
     Each half chooses among the hypotheses that the search on all of them looked at closely.
     """
     regression, chance = found.search.regression, np.random.default_rng(0)
     tried = found.search.tried
     number = len(np.unique(regression.recording))
-    answers = []
+    answers: list[Half] = []
     for _ in range(PAIRS):
         if number >= 4:
             first = chance.permutation(number) < number // 2
@@ -47,11 +52,28 @@ def halves(found: Explained) -> list[set[tuple[str, ...]]]:
             search, explanation = completed(*with_small_effects(search, search.explain()))
             best = by_values(replace(found, hypotheses=half.hypotheses, search=search,
                                      explanation=explanation))
-            answers.append({one.mechanism.key for one in best.chosen})
+            answers.append({one.mechanism.key: one.mechanism for one in best.chosen})
     return answers
 
 
-def share_of(answers: list[set[tuple[str, ...]]], *names: Mechanism) -> float:
+def share_of(answers: Sequence[Half], *names: Mechanism) -> float:
     """Return the share of the halves in which one of some mechanisms came out; 1 without any."""
     keys = {name.key for name in names}
-    return sum(bool(keys & answer) for answer in answers) / len(answers) if answers else 1.0
+    return sum(bool(keys & answer.keys()) for answer in answers) / len(answers) if answers else 1.0
+
+
+def instead(answers: Sequence[Half], names: Sequence[Mechanism], others: Collection[Mechanism]
+            ) -> list[tuple[Mechanism, float]]:
+    """
+    Return what halves give in the place of a mechanism, and the share of all of them that does.
+
+    ``names`` are those of the mechanism, its own first; ``others`` what is told beside it. Its
+    place is its site, or any where a half has nothing at that site.
+    """
+    keys, told = {name.key for name in names}, {name.key for name in others}
+    found: Counter[Mechanism] = Counter()
+    for answer in answers:
+        if not keys & answer.keys():
+            free = [one for key, one in answer.items() if key not in told and one.name != UNKNOWN]
+            found.update([one for one in free if one.site == names[0].site] or free)
+    return [(one, count / len(answers)) for one, count in found.most_common()]

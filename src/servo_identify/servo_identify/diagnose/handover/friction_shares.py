@@ -1,0 +1,59 @@
+"""What each law of friction takes of a measured curve."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from scipy.optimize import nnls
+
+from .curves import Curve
+
+RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
+BELLS = 8  # speeds within which friction may fall
+GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
+
+
+def common(curve: Curve) -> float:
+    """Return what resists at nearly all angles: the level that most of the curve is beyond."""
+    low, high = np.quantile(curve.y, (RARE, 1.0 - RARE))
+    return float(max(0.0, low) + min(0.0, high))
+
+
+def over_speed(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
+    """
+    Return what each friction law over speed takes of a curve.
+
+    ``less`` are those that the servo file has there, and may have too much of.
+    """
+    speed, top = curve.x, float(np.max(curve.x)) or 1.0
+    falls = np.geomspace(0.02, 0.5, BELLS) * top
+    return _amounts(curve, {
+        'coulomb_friction': np.ones((len(speed), 1)),
+        'viscous_friction': speed[:, None] / top,
+        'quadratic_drag': (speed[:, None] / top) ** 2,
+        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}, less)
+
+
+def over_load(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
+    """Return what of a curve over the load is there without any, and what grows with it."""
+    share = np.abs(curve.x) / (float(np.max(np.abs(curve.x))) or 1.0)
+    return _amounts(curve, {
+        'coulomb_friction': np.ones((len(share), 1)),
+        'load_dependent_friction': share[:, None] ** GROWTH}, less)
+
+
+def _amounts(curve: Curve, tables: dict[str, np.ndarray], less: Collection[str]
+             ) -> dict[str, np.ndarray]:
+    """Return what each of some laws takes of a curve: what resists, or of ``less`` too much."""
+    signs = {name: (1.0, -1.0)[:1 + (name in less)] for name in tables}
+    table = np.hstack([sign * some for name, some in tables.items() for sign in signs[name]])
+    sure = np.sqrt(curve.density) / np.hypot(curve.high - curve.low, 0.02 * curve.size())
+    amounts, _ = nnls(table * sure[:, None], curve.y * sure)
+    found, at = {}, 0
+    for name, some in tables.items():
+        found[name] = np.zeros(len(curve.y))
+        for sign in signs[name]:
+            found[name] += sign * some @ amounts[at:at + some.shape[1]]
+            at += some.shape[1]
+    return found
