@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from servo_identify.diagnose.answer.report import MissingEffect
+from servo_identify.diagnose.answer.report import Alternative, MissingEffect
 from servo_identify.diagnose.answer.sentences import sentence
 
 GAP = {'shrink': 0.9, 'solved': 0.9}
@@ -41,3 +41,13 @@ def test_a_setting_that_leaves_most_of_a_gap_is_not_said_to_be_the_controllers(t
     told = sentence('partly_explained', [gain], 'controller', {'solved': 0.0, 'shrink': 0.0}, {})
     assert ('Set the controller of the servo file so.' in told) == so
     assert ('This setting takes 58 % of what the controller deviates from its law' in told) != so
+
+
+def test_what_else_it_may_be_is_told_after_what_a_value_is_compared_with():
+    other = Alternative('drive_saturation', 'command', 0.4, '')
+    gain = replace(missing('parameter:gain', 'drive'), rung='place', alternatives=(other,))
+    told = sentence('partly_explained', [gain], 'drive', {'solved': 0.3, 'shrink': 0.3}, {})
+    assert 'has another value of gain (2 N m) than the servo file, or perhaps drive' in told
+    weight = replace(missing('gravity', 'load'), rung='place', alternatives=(other,))
+    told = sentence('partly_explained', [weight, gain], 'load', {'solved': 0.3, 'shrink': 0.3}, {})
+    assert 'gravity at the load shaft (2 N m), or perhaps drive saturation and has another' in told

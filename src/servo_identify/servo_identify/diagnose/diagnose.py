@@ -130,23 +130,32 @@ def _parted(recordings: Sequence[Recording], accepting: Sequence[Recording],
 
 
 def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence:
-    """Run the twins over the report recordings, each missing effect taken out once."""
+    """
+    Run the twins over the report recordings, each missing effect taken out once.
+
+    Where the new file cannot run without an effect, or at all, the file as given stands for it.
+    """
     handover, report = handed.handover, list(handed.parts.report)
     cut, judged = Cut(), judging(handed.accept, servo.step)
     reported = {'given': simulated(servo, report, cut),
                 'within': _or(handover.within, servo, report, cut)}
     reported['patch'] = reported['given']
     if handover.added:
-        reported['patch'] = simulated(handover.patch, report, cut)
-    same = content(handover.refit) == content(handover.patch)
-    reported['refit'] = reported['patch'] if same else _or(
-        handover.refit, handover.patch, report, cut)
+        try:
+            reported['patch'] = simulated(handover.patch, report, cut)
+        except Diverged:
+            handover = replace(handover, helps=False)
+    try:
+        same = content(handover.refit) == content(handover.patch)
+        reported['refit'] = reported['patch'] if same else simulated(handover.refit, report, cut)
+    except Diverged:
+        handover, reported['refit'] = replace(handover, refit=servo), reported['given']
     dropped, accepted = {}, {}
     for one in handover.added:
         rest = handover.without(one)
         known = rest is servo
-        dropped[id(one.part)] = reported['given'] if known else simulated(rest, report, cut)
-        before = handover.gaps['given'] if known else simulated(rest, judged, cut).gap
+        dropped[id(one.part)] = reported['given'] if known else _or(rest, servo, report, cut)
+        before = handover.gaps['given'] if known else _or(rest, servo, judged, cut).gap
         first = handover.gaps['given'].total() or 1.0
         accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
     by_part = {id(one.part): one for one in handover.added}

@@ -82,12 +82,14 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
               else _named(one) if several_at[one.effect] > 1 else spoken(one.effect)
               for one in first.alternatives]
     unsure = first.rung == 'place' and others
-    if unsure:  # the place is known, the recordings do not tell what acts there
-        several[0] += ', or perhaps ' + listed(others, 'or')
+    perhaps = f', or perhaps {listed(others, "or")}' if unsure else ''  # only its place is known
+    if not _is_value(first.effect):
+        several[0] += perhaps
     lacks, differs = ([text for one, text in zip(which, several, strict=True)
                        if _is_value(one.effect) == value] for value in (False, True))
     said = [f'is missing {listed(lacks)}'] if lacks else []
-    said += [f'has {listed(differs)} than the servo file'] if differs else []
+    said += [f'has {listed(differs)} than the servo file'
+             f'{perhaps if _is_value(first.effect) else ""}'] if differs else []
     text = f'The {place} {listed(said)}.'
     if unknown.get('depends_on'):
         text += f' What else is missing has no name in the list. It {_pattern(unknown)}'
