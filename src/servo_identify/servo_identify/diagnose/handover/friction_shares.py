@@ -9,6 +9,7 @@ from scipy.optimize import nnls
 
 from .curves import Curve
 
+SPEED_LAWS = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'quadratic_drag')
 RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
 BELLS = 8  # speeds within which friction may fall
 GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
@@ -20,19 +21,27 @@ def common(curve: Curve) -> float:
     return float(max(0.0, low) + min(0.0, high))
 
 
-def over_speed(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:
+def over_speed(curve: Curve, less: Collection[str], laws: Collection[str] = SPEED_LAWS
+               ) -> dict[str, np.ndarray]:
     """
-    Return what each friction law over speed takes of a curve.
+    Return what each friction law over speed takes of a curve, of all at once or of some ``laws``.
 
     ``less`` are those that the servo file has there, and may have too much of.
     """
     speed, top = curve.x, float(np.max(curve.x)) or 1.0
     falls = np.geomspace(0.02, 0.5, BELLS) * top
-    return _amounts(curve, {
+    tables = {
         'coulomb_friction': np.ones((len(speed), 1)),
         'viscous_friction': speed[:, None] / top,
         'quadratic_drag': (speed[:, None] / top) ** 2,
-        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}, less)
+        'stribeck_friction': np.exp(-(speed[:, None] / falls) ** 2)}
+    return _amounts(curve, {law: tables[law] for law in laws}, less)
+
+
+def nearest_over_speed(curve: Curve, less: Collection[str]) -> str:
+    """Return the name of the law over speed that holds most of a curve by itself."""
+    return min(SPEED_LAWS, key=lambda law: curve.size(
+        curve.y - over_speed(curve, less, (law,))[law]))
 
 
 def over_load(curve: Curve, less: Collection[str]) -> dict[str, np.ndarray]:

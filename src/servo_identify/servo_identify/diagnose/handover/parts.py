@@ -14,14 +14,13 @@ from ..mechanisms.hypothesis import UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
 from ..selection.explain import Explained
 from .curves import curve_of, Part
-from .friction_shares import common, over_load, over_speed
+from .friction_shares import common, nearest_over_speed, over_load, over_speed, SPEED_LAWS
 from .laws import lawful
 
 VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1),
           'backlash': ('width', 0)}
 """The value of a law, and the power of the speed that it stands before."""
 
-SPEED_LAWS = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'quadratic_drag')
 OVER_ANGLE = ('gravity', 'spring_load')  # torques of the load over its angle, by their law alone
 
 
@@ -57,7 +56,7 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         named = over_speed(curve, _own(found, one.mechanism.site))
         parts = _worth_naming(found, whole, named)
         if _follow_not(found, whole, parts):
-            parts = [_bent(whole, named)]
+            parts = [_bent(found, whole)]
         return _nameable(parts, whole, without)
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
         level, way = amplitudes[2], float(np.sign(curve.mean()))
@@ -132,16 +131,15 @@ def _by_speed(found: Explained, whole: Part, without: Collection[str]) -> list[P
     parts = _worth_naming(found, whole, named)
     if curve.size(curve.y - sum(named.values())) > FORM * curve.size() or (
             _follow_not(found, whole, parts)):
-        parts = [_bent(whole, named)]
+        parts = [_bent(found, whole)]
     return _nameable(parts, whole, without)
 
 
-def _bent(whole: Part, named: dict[str, np.ndarray]) -> Part:
-    """Return a curve that no sum of laws is, with the name of the largest of them."""
+def _bent(found: Explained, whole: Part) -> Part:
+    """Return a curve that no sum of laws is, with the name of the one that holds most of it."""
     assert whole.curve is not None
-    sizes = {name: whole.curve.size(y) for name, y in named.items()}
-    return replace(whole, mechanism=replace(whole.mechanism, name=max(
-        sizes, key=lambda name: sizes[name])))
+    return replace(whole, mechanism=replace(whole.mechanism, name=nearest_over_speed(
+        whole.curve, _own(found, whole.mechanism.site))))
 
 
 def _follow_not(found: Explained, whole: Part, parts: Sequence[Part]) -> bool:
