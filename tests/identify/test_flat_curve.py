@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from servo_identify.diagnose.handover.curves import Curve, Part
-from servo_identify.diagnose.handover.effect_values import direct
+from servo_identify.diagnose.handover.effect_values import warmed
 from servo_identify.diagnose.handover.laws import formed
 from servo_identify.diagnose.mechanisms.hypothesis import Columns, Hypothesis, Mechanism
 from servo_twin.description.servo_file import load
@@ -17,8 +17,8 @@ DRIFT = Mechanism('friction_drift', 'friction', 'load', ('time', 'temperature'),
 
 def test_friction_that_follows_the_temperature_alone_has_its_slope_and_no_decay():
     amplitudes = np.array([0.0, 0.0, 0.0, 0.0, 0.2])  # N m less at the warmest than at the coldest
-    found = direct(Part(0, DRIFT, FLAT, amplitudes), Hypothesis(
-        DRIFT, Columns(np.zeros((1, 5))), np.ones(5), detail={'mean': 30.0, 'span': 4.0}))
+    found = warmed(Part(0, DRIFT, FLAT, amplitudes), Hypothesis(
+        DRIFT, Columns(np.zeros((1, 5))), np.ones(5), detail={'mean': 30.0, 'span': 4.0}), None)
     assert found.effect.name == 'friction_drift' and found.free == ('slope',)
     assert found.values['slope'] == pytest.approx(-0.05)
     assert (found.values['reference'], found.values['excess']) == (30.0, 0.0)

@@ -7,6 +7,8 @@ import pytest
 from test_selection import recorded, SERVO
 
 from servo_identify.diagnose.diagnose import diagnose
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 
 CONSTANT = 'drive.torque_constant'
 
@@ -56,3 +58,21 @@ def test_a_field_that_is_weakened_shows_over_speed():
     assert one.effect == 'torque_constant_error'
     assert one.mechanism['variables'] == ['current', 'speed']
     assert one.curve['y'][0] > one.curve['y'][-1]
+
+
+@pytest.mark.slow
+def test_of_a_cold_and_a_warm_recording_friction_has_its_slope_over_the_temperature():
+    def warm(seed, temperature, viscous):
+        rig = SERVO.with_effects(Placed('grease', find('viscous_friction'), 'load'), values={
+            'effects.grease.slope': viscous})
+        one = recorded(rig, seed, seconds=12.0)
+        columns = {**one.columns, 'temperature': temperature + 0.1 * one.time}
+        return replace(one, name=f'at_{temperature:g}', family=f'at_{temperature:g}',
+                       columns=columns)
+
+    answer = diagnose([warm(1, 20.0, 60.0), warm(2, 40.0, 20.0)], SERVO)
+    assert [len(part) for part in answer.report.recordings.values()] == [2, 2, 2]
+    drift = next(one for one in answer.report.which if one.effect == 'friction_drift')
+    assert drift.parameters['slope']['value'] == pytest.approx(-2.0, rel=0.3)
+    assert drift.parameters['slope']['unit'] == 'N m s/rad degC'
+    assert answer.report.gap['solved'] > 0.5

@@ -189,9 +189,11 @@ def replicates(recordings: Sequence[Long]) -> list[Finding]:
                         f'tables, with {recordings[0].name}: {{family: NAME, replicate: 1}}')]
     if len(recordings) > 1 and max(counts.values()) < PURPOSES:
         told = ', '.join(f'{name or "not said"} {count}' for name, count in counts.items())
+        judges = ('cuts each in time to judge itself.' if len(recordings) < PURPOSES else
+                  'holds out those of other motions to judge itself, and misses an effect that '
+                  'only they excite.')
         return [Finding('amber', f'No family has {PURPOSES} recordings ({told}): the diagnosis '
-                        'holds out those of other motions to judge itself, and misses an effect '
-                        'that only they excite.', f'record one motion {PURPOSES} times')]
+                        f'{judges}', f'record one motion {PURPOSES} times')]
     single = sorted(name or 'not said' for name, count in counts.items() if count == 1)
     if not single:
         return [Finding('green', 'Each family has more than one recording.')]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from servo_twin.recording.recording import Recording
 HELD_OUT_FIRST = ('multisine', 'sine', 'chirp', 'square', 'ramps', 'turns')
 """Families that are missed least in the selection when each was recorded once."""
 RESTS = 0.01  # share of the travel within which a machine rests where it begins or ends
+PURPOSES = ('screen', 'accept', 'report')
 FEWEST_PARTS = 3  # of one bag, of which each serves one purpose
 REST = 0.5  # s of rest that are kept before and after
 
@@ -34,12 +35,13 @@ def split(recordings: list[Recording], accept: list[Recording],
 
     What the caller names for accepting or reporting is taken as it is. Of replicates one goes to
     each purpose; where there are too few, two recordings are held out, first those whose motion
-    others repeat; a single recording is cut in time. Parts of one bag serve in turn.
+    others repeat; fewer recordings than purposes are each cut in time. Parts of one bag serve in
+    turn.
     """
     if accept and report:
         return Split(tuple(recordings), tuple(accept), tuple(report))
-    if len(recordings) == 1 and not (accept or report):
-        return _cut(recordings[0])
+    if len(recordings) < len(PURPOSES) and not (accept or report):
+        return _cut(recordings)
     if not (accept or report) and len(recordings) >= FEWEST_PARTS and recordings[0].digest and (
             len({(one.digest, one.family, one.replicate) for one in recordings}) == 1):
         return _in_turn(recordings)
@@ -120,17 +122,21 @@ def _moving(recording: Recording) -> tuple[int, int]:
             min(size, max(last for _, last in inside) + spare))
 
 
-def _cut(recording: Recording) -> Split:
-    """Cut one recording in time: three fifths select, a fifth accepts, a fifth reports."""
-    first, last = _moving(recording)
-    size = last - first
-    edges = [first, first + int(0.6 * size), first + int(0.8 * size), last]
-    parts = []
-    for purpose, first, last in zip(('screen', 'accept', 'report'), edges[:-1], edges[1:],
-                                    strict=True):
-        columns = {n: np.ascontiguousarray(c[first:last]) for n, c in recording.columns.items()}
-        parts.append(replace(recording, name=f'{recording.name}[{purpose}]', columns=columns,
-                             start=recording.start + first * recording.period))
-    return Split((parts[0],), (parts[1],), (parts[2],), (
-        'one recording only, cut in time: nothing can be said about other excitations, and '
-        'without replicates the noise floor is that of its own fast part',))
+def _cut(recordings: Sequence[Recording]) -> Split:
+    """Cut each recording in time: three fifths select, a fifth accepts, a fifth reports."""
+    parts: dict[str, list[Recording]] = {purpose: [] for purpose in PURPOSES}
+    for recording in recordings:
+        first, last = _moving(recording)
+        size = last - first
+        edges = [first, first + int(0.6 * size), first + int(0.8 * size), last]
+        for purpose, begin, end in zip(PURPOSES, edges[:-1], edges[1:], strict=True):
+            columns = {n: np.ascontiguousarray(c[begin:end])
+                       for n, c in recording.columns.items()}
+            parts[purpose].append(replace(
+                recording, name=f'{recording.name}[{purpose}]', columns=columns,
+                start=recording.start + begin * recording.period))
+    few = 'one recording only' if len(recordings) == 1 else f'{len(recordings)} recordings only'
+    screen, accept, report = (tuple(parts[purpose]) for purpose in PURPOSES)
+    return Split(screen, accept, report, (
+        f'{few}, cut in time: nothing can be said about other excitations, and without '
+        'replicates the noise floor is that of their own fast part',))

@@ -13,17 +13,17 @@ from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
 
-from ..mechanisms.hypothesis import UNKNOWN
+from ..decisions import WORTH
+from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
+from .compliance import sprung
 from .curves import Part
 from .drawn_values import by_path, stds_of, with_others
-from .effect_values import by_orders, direct, one_way, scale_std, wave_stds
+from .effect_values import by_orders, direct, one_way, scale_std, warmed, wave_stds
 from .laws import Formed, formed, lawful
 from .with_values import with_values
 
-FINE_STEP = 0.2  # of the time in which a spring swings by one radian
-SHORTEST_STEP = 1e-6  # s
 SITES = {'transmission': 'mesh', 'drive': 'command'}
 
 
@@ -133,7 +133,10 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
                            with_others(drawn, one, now, effects.placed))))
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     if name == 'stiffness_error':
-        return _sprung(servo, part, amplitudes)
+        if servo.mechanism is not Rigid:
+            return Added(part)
+        values, step = sprung(servo, part)
+        return Added(part, (), values, tuple(values), law=True, mechanism=TwoInertia, step=step)
     waves = by_orders(part, one)
     if waves:
         mean = amplitudes[np.asarray(one.knots) == 0.0][:1] if len(one.knots) else []
@@ -147,6 +150,12 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         return replace(effects, stds=wave_stds(part.curve, effects.placed, effects.values))
     if part.way and part.curve is not None:
         return _placed(part, one_way(part.curve, part.way), site, taken)
+    if one.detail.get('span', 0.0) > 0.0 and amplitudes[-1]:
+        fades = part.curve is not None and part.curve.size() > WORTH * abs(amplitudes[-1])
+        timed = lawful(_by_its_law(part, one), servo) if fades else None
+        added = _placed(part, [warmed(part, one, timed)], site, taken)
+        return replace(added, stds=stds_of(part, lambda drawn: by_path(
+            added.placed, [warmed(drawn, one, timed)])))
     same = direct(part, one)
     if same:
         added = _placed(part, [same], site, taken)
@@ -155,8 +164,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     if name == UNKNOWN and part.mechanism.port == 'sensor':
         return Added(part)
     if 'law' in one.detail:
-        known = lawful(replace(part, mechanism=replace(
-            part.mechanism, name=one.detail['law'])), servo)
+        known = lawful(_by_its_law(part, one), servo)
         return Added(part) if known is None else _placed(part, [known], site, taken)
     known = formed(_with_port(part), servo, stiffness)
     if known is None:
@@ -167,6 +175,11 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     effects = _placed(part, [known], site, taken)
     return replace(effects, as_law=as_law, stds=scale_std(
         part.curve, effects.placed, effects.values, effects.free))
+
+
+def _by_its_law(part: Part, one: Hypothesis) -> Part:
+    name = one.detail.get('law', part.mechanism.name)
+    return replace(part, mechanism=replace(part.mechanism, name=name))
 
 
 def _with_port(part: Part) -> Part:
@@ -217,30 +230,3 @@ def _changed(servo: Servo, part: Part, by: dict[str, float]) -> Added:
         low, high = declared[path].bounds
         values[path] = float(np.clip(servo.numbers[path] + change, low, high))
     return Added(part, (), values, tuple(values), law=True)
-
-
-def _sprung(servo: Servo, part: Part, amplitudes: np.ndarray) -> Added:
-    r"""
-    Return a rigid servo as two inertias with the compliance that it lacks.
-
-    .. math:: w + \tau\,\dot w = c\,T, \quad K = 1/c, \quad D = \tau/c
-    """
-    if servo.mechanism is not Rigid:
-        return Added(part)
-    if part.curve is not None:  # a curve over torque or acceleration: its slope, the compliance
-        inertia = servo.numbers['mechanism.load_inertia']
-        torque = inertia if part.curve.variable == 'acceleration' else 1.0
-        amplitudes = np.array([abs(part.curve.slope() / torque), 0.0])
-    bounds = {n: TwoInertia.parameters[n].bounds for n in ('stiffness', 'damping')}
-    stiffness = float(np.clip(1.0 / max(amplitudes[0], 1e-12), *bounds['stiffness']))
-    relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (
-        amplitudes[0] > 0.0) else 0.0
-    damping = float(np.clip(relaxation * stiffness, *bounds['damping']))
-    rotor, load = (max(servo.numbers[f'mechanism.{n}_inertia'], 1e-9)
-                   for n in ('rotor', 'load'))
-    ratio = servo.numbers['mechanism.ratio']
-    rate = np.sqrt(stiffness * (1.0 / (rotor * ratio**2) + 1.0 / load))  # rad/s
-    step = FINE_STEP / max(rate, relaxation * rate**2)
-    step = min(servo.step, max(SHORTEST_STEP, float(f'{step:.1g}')))
-    values = {'mechanism.stiffness': stiffness, 'mechanism.damping': damping}
-    return Added(part, (), values, tuple(values), law=True, mechanism=TwoInertia, step=step)

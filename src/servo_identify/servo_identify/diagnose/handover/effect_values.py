@@ -124,9 +124,6 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif one.detail.get('law') == 'current_limit' and part.curve is not None:
         last = int(np.argmax(part.curve.x))
         values = {'limit': float(part.curve.x[last] + part.curve.y[last])}
-    elif name == 'friction_drift' and part.curve is not None and not part.curve.size():
-        values = {'slope': -float(a[-1]) / one.detail['span']}  # by the temperature alone
-        fixed = {'excess': 0.0, 'reference': one.detail['mean']}
     elif one.detail.get('law') == 'dahl_friction':
         values = {'level': float(a[0]), 'travel': float(one.knots[0])}
     elif name == 'load_dependent_friction' and 'law' in one.detail:
@@ -136,6 +133,21 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     effect = find(one.detail.get('law', name))
     whole = {n: p.default for n, p in effect.parameters.items()} | values | fixed
     return Formed(effect, whole, tuple(values), law)
+
+
+def warmed(part: Part, one: Hypothesis, timed: Formed | None) -> Formed:
+    """
+    Return friction that follows a temperature, the last amplitude.
+
+    ``timed`` is what of it fades with the time besides, where that is worth it.
+    """
+    effect = find(one.detail.get('law', part.mechanism.name))
+    slope = -float(part.amplitudes[-1]) / one.detail['span']
+    values: dict[str, Value] = {n: p.default for n, p in effect.parameters.items()}
+    fading = {'excess': 0.0} if timed is None else timed.values
+    free = () if timed is None else timed.free
+    return Formed(effect, values | fading | {'slope': slope, 'reference': one.detail['mean']},
+                  (*free, 'slope'), timed is None or timed.law)
 
 
 def _driven_back(driving: float, driven: float) -> dict[str, float]:
