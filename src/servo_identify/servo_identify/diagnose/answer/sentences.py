@@ -112,7 +112,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
     text += ''.join(f' {remedy}' for remedy in dict.fromkeys(map(_remedy, apart)))
     least = min(which, key=lambda one: one.confidence['mechanism'])
     text += f' Confidence: {round(100.0 * least.confidence["mechanism"])} %.'
-    if least.named_in < EVEN:  # what else could stand there is said below
+    if least.named_in <= EVEN:  # what else could stand there is said below
         whose = '' if len(which) == 1 else f' {spoken(least.effect)}'
         text += (f' Searched by halves, {round(100.0 * least.named_in)} % of them name'
                  f'{whose or " it"}: more recordings would make it surer.')
