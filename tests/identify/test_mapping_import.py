@@ -17,6 +17,7 @@ from servo_twin.bag import read_recording
     ('a.json', '{"rows": [1', 'is no JSON file'), ('a.json', '{"x": []}', "has no list 'rows'"),
     ('a.json', '{"rows": [1]}', 'is no list of records'), ('a.mat', 'x', 'is no MAT file'),
     ('a.json', '{"rows": [{"x": 1}]}', "has no column 'time'; it has"),
+    ('a.json', '{"rows": [{"time": 1' + 400 * '0' + '}]}', 'in row 1, which is no number'),
     ('a.json', '{"rows": [{"time": "now"}]}', "column 'time' has 'now' in row 1")])
 def test_it_says_what_a_mapping_cannot_take(tmp_path, name, content, text):
     (tmp_path / name).write_text(content)

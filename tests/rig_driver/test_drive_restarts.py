@@ -22,8 +22,8 @@ SAFE = {'enable_after_loss': False}
 
 
 @pytest.mark.parametrize(('name', 'why'), [
-    ('odrive', 'was told to give no torque, by another than this driver, and stands'),
-    ('robstride', 'was told to give no torque, by another than this driver, and stands'),
+    ('odrive', 'own, or it started again without saying so, and stands'),
+    ('robstride', 'own, or it started again without saying so, and stands'),
     ('cubemars', 'gives no torque though it is asked for some, as after a loss of its supply'),
     ('moteus', 'has started again, as after a loss of its supply, and stands')])
 def test_a_drive_that_starts_again_between_two_requests_stays_down(name, why, tmp_path):

@@ -79,7 +79,8 @@ def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_
             nodes.state = 1  # idle
         else:
             nodes.running = False
-        stays_down(made, link)
+        stays_down(made, link, 'at its panel or by a cable of its own, and stands'
+                   if told == 'canopen' else 'or it started again without saying so, and stands')
 
 
 @pytest.mark.parametrize('name', NAMES)

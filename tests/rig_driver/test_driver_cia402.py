@@ -183,7 +183,7 @@ def test_a_drive_that_goes_down_without_a_fault_or_an_order_stays_down_until_beg
     lead(master, drive, 5)
     drive.word = stopped
     assert set(lead(master, drive, 1000, start=1.0)) == {Controlword.DISABLE_VOLTAGE}
-    assert 'by another than this driver' in master.why_held
+    assert 'without a fault or an order on the bus' in master.why_held
     master.begin()
     lead(master, drive, 5, start=3.0)
     assert master.enabled

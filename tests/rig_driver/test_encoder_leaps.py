@@ -2,9 +2,15 @@
 
 from array import array
 from math import isnan, nan, tau
+import subprocess
+import sys
+from time import sleep, time_ns
 
+from diagnostic_msgs.msg import DiagnosticArray
+from driver_bench import Listener, wait_for
 import numpy as np
 import pytest
+from sensor_msgs.msg import JointState
 
 from servo_rig_driver.driver.encoder_leaps import EncoderLeaps
 from servo_rig_driver.driver.message_conversion import JointStates
@@ -76,3 +82,50 @@ def test_no_speed_is_made_of_a_leap():
             speeds.append(state.velocity[0])
     assert sum(isnan(speed) for speed in speeds[1:]) == 1
     assert np.nanmax(np.abs(speeds)) == pytest.approx(1.0)
+
+
+def test_below_100_hz_it_tells_a_turn_where_the_rig_says_what_its_shaft_can_do():
+    period, t = 0.02, 0.02 * np.arange(400)
+    moves = np.where(t < 4.0, 0.3 * np.sin(8.0 * t), 0.5)  # rad; 19 rad/s2, and a hard stop
+    lost = moves + np.where(t > 6.0, tau, 0.0)
+    for angle, fastest, leaps in ((moves, 2e3, 0), (lost, 2e3, 1), (lost, 2e5, 0)):
+        health = RigHealth()
+        EncoderLeaps(health, fastest).take(block(0, angle, period))
+        assert len(told(health)) == leaps
+    assert told(health) == []
+
+
+@pytest.mark.ros
+def test_an_adapter_beside_a_robot_of_50_hz_tells_that_its_encoder_lost_a_turn(tmp_path):
+    (tmp_path / 'robot.yaml').write_text("""
+time: {source: /joint_states.stamp}
+columns: {load_position: {source: '/joint_states.position[hip]'}}
+""")
+    ears, said = Listener('leaps', commands=False), []
+    robot = ears.node.create_publisher(JointState, '/joint_states', 100)
+    ears.node.create_subscription(DiagnosticArray, '/diagnostics', lambda told: said.extend(
+        status.message for status in told.status), 100)
+    adapter = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.adapter.adapter_node', '--ros-args', '-r',
+         '__ns:=/leaps', '-p', 'mapping:=robot.yaml', '-p', 'rate:=50.0', '-p', 'block_size:=1',
+         '-p', 'largest_acceleration:=2000.0'], cwd=tmp_path)
+    begun, sent = time_ns(), [0]
+
+    def until(words, angle):
+        sent[0] += 1
+        stamp = begun + sent[0] * 20_000_000
+        message = JointState(name=['hip'], position=[angle])
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+        robot.publish(message)
+        sleep(max(0.0, (stamp - time_ns()) * 1e-9))
+        return any(words in one for one in said)
+    try:
+        wait_for(lambda: until('adapting', 0.5), 'it adapts')
+        samples = sent[0] + 20
+        wait_for(lambda: until('', 0.5) and sent[0] > samples, 'the shaft stands')
+        assert not any('leapt' in one for one in said)
+        wait_for(lambda: until('the load encoder leapt by -6.283 rad', 0.5 - tau), 'it is told')
+    finally:
+        adapter.terminate()
+        adapter.wait(60.0)
+        ears.close()

@@ -2,6 +2,8 @@
 
 import fcntl
 import os
+import select
+import signal
 import subprocess
 import sys
 
@@ -59,14 +61,38 @@ def test_it_says_all_up_to_its_end_to_who_reads(lines):
     assert told.stderr.splitlines() == [f'line {k:05d}' for k in range(lines)] + ['done']
 
 
-def test_it_ends_though_nobody_reads():
+@pytest.mark.parametrize('how', ['os.abort()', 'os.kill(os.getpid(), 9)'])
+@pytest.mark.parametrize('lines', [1, 1500])
+def test_what_it_said_before_it_aborts_or_is_killed_reaches_who_reads(lines, how):
+    said = subprocess.run([sys.executable, '-c', SAYS.format(lines=lines) + how],
+                          capture_output=True, text=True, timeout=60.0)
+    assert said.returncode in (-signal.SIGABRT, -signal.SIGKILL)
+    assert said.stderr.splitlines() == [f'line {k:05d}' for k in range(lines)] + ['done']
+
+
+def test_its_lines_keep_their_order_where_both_outputs_are_one():
+    says = SAYS.format(lines=0) + """
+for k in range(200):
+    os.write(1 + k % 2, b'%d ' % k)
+"""
+    said = subprocess.run([sys.executable, '-c', says], stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, timeout=60.0)
+    assert said.stdout == 'done' + ''.join(f'{k} ' for k in range(200))
+
+
+@pytest.mark.parametrize('how', ['', 'os.kill(os.getpid(), 9)'])
+def test_nobody_is_left_though_nobody_reads(how):
     read, write = os.pipe()
     small(write)
-    process = subprocess.Popen([sys.executable, '-c', SAYS.format(lines=5000)], stderr=write)
-    try:
-        assert process.wait(60.0) == 0
-        assert os.read(read, SIZE).startswith(b'line 00000')
-    finally:
-        process.kill()
-        os.close(read)
+    ended = select.poll()
+    ended.register(read, 0)  # POLLHUP: nobody holds the other end
+    with subprocess.Popen([sys.executable, '-c', SAYS.format(lines=5000) + how],
+                          stderr=write) as process:
         os.close(write)
+        try:
+            assert process.wait(60.0) == (-signal.SIGKILL if how else 0)
+            assert ended.poll(60_000.0)
+            assert os.read(read, SIZE).startswith(b'line 00000')
+        finally:
+            process.kill()
+            os.close(read)

@@ -36,16 +36,16 @@ def test_odrive_frames_out_are_those_of_its_documentation(axis):
     beat(axis, 8)
     # "axis id 0x01, command 0x0C: 0x01 << 5 | 0x0C = 0x2C"; revolutions of the motor
     frames = axis.frames(Order.ENABLE, point(Mode.POSITION, tau / 10.0 * 1.5), 0)
-    assert frames[0] == (0x2B, struct.pack('<II', 3, 1))  # position control, passthrough
-    assert frames[1] == (0x2C, struct.pack('<fhh', 1.5, 0, 0))
+    assert frames[1] == (0x2B, struct.pack('<II', 3, 1))  # position control, passthrough
+    assert frames[0] == frames[2] == (0x2C, struct.pack('<fhh', 1.5, 0, 0))
     # -2.5 = -1.25 * 2: 0xC0200000
     frames = axis.frames(Order.ENABLE, point(Mode.VELOCITY, -2.5 * tau / 10.0), 0)
-    assert frames[:2] == [(0x2B, struct.pack('<II', 2, 1)),
-                          (0x2D, bytes.fromhex('000020c0 00000000'))]
+    told = 0x2D, bytes.fromhex('000020c0 00000000')
+    assert frames[:3] == [told, (0x2B, struct.pack('<II', 2, 1)), told]
     # 2.5 A * 0.1 N m/A = 0.25 N m = 2^-2: 0x3E800000
     frames = axis.frames(Order.ENABLE, point(Mode.CURRENT, 2.5), 0)
-    assert frames[1] == (0x2E, bytes.fromhex('0000803e 00000000'))
-    assert frames[2:4] == [(0x29 | REMOTE, b''), (0x34 | REMOTE, b'')]
+    assert frames[0] == frames[2] == (0x2E, bytes.fromhex('0000803e 00000000'))
+    assert frames[3:5] == [(0x29 | REMOTE, b''), (0x34 | REMOTE, b'')]
 
 
 def test_odrive_is_enabled_and_taken_down_by_axis_states_asked_for_once(axis):

@@ -43,3 +43,17 @@ def test_no_file_of_a_rig_has_a_ratio_with_a_colon_as_1801(load, error, text, tm
 @pytest.mark.parametrize('file', sorted(CONFIG.glob('*/*.yaml')), ids=lambda file: file.stem)
 def test_the_shipped_files_are_plain(file):
     assert read_yaml(file.read_text('utf8')) == yaml.safe_load(file.read_text('utf8'))
+
+
+@pytest.mark.parametrize(('load', 'error', 'text'), [
+    (load_rig, RigFileError, 'transmission:\n  ratio: {0}\n'),
+    (driver_parameters, DeviceError, 'driver:\n  ros__parameters: {{device.ratio: {0}}}\n'),
+    (read_mapping, MappingError, 'time: {{source: t}}\ncolumns: {{current: {{scale: {0}}}}}\n'),
+    (lambda path: load_mit_table(str(path)), DeviceError, 'ranges: {{kp: [0, {0}]}}\n')])
+@pytest.mark.parametrize('sign', ['', '-'])
+def test_a_whole_number_beyond_all_floats_is_named_with_its_line(load, error, text, sign,
+                                                                 tmp_path):
+    path = tmp_path / 'own.yaml'
+    path.write_text(text.format(sign + '1' + '0' * 400))
+    with pytest.raises(error, match=r'a whole number of 40[12] digits is more than a float64'):
+        load(path)

@@ -258,6 +258,8 @@ REFUSED = {
                      ["'bearing' is there twice"]),
     'an alias': (BENCH.replace('0.49', '&gain 0.49') + 'step: *gain\n', ['an alias (*gain)']),
     'deep nesting': (BENCH + 'tolerance: ' + 500 * '[', ['nested deeper than 20 levels']),
+    'a number beyond all floats': (BENCH + f'step: 1{400 * "0"}\n',
+                                   ['a whole number of 401 digits is more than a float64']),
     'a date that is none': (BENCH + 'step: 2026-13-77\n', ['a value is none']),
     'rows of other lengths': (
         changed('bearing:', 'net: {effect: network_friction, at: load, forward_angle: [1, 2]}\n'

@@ -92,7 +92,8 @@ def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
     loaded = rig.ask(LoadServo, 'twin/load_servo',
                      LoadServo.Request(path=f'{servo_files}/other.yaml'))
     assert loaded.success and loaded.message == (
-        'other runs in place of bench; its state was kept')
+        'other runs in place of bench; its state was kept. After a cleanup, configure reads '
+        f"servo_file = '{servo_files}/bench.yaml' as before")
     assert servo_file.loads(loaded.previous).values == servo_file.loads(BENCH).values
     rig.node.destroy_timer(timer)
     assert rig.set('effects.seal.level', 5.0).successful
@@ -100,6 +101,10 @@ def test_it_loads_another_servo_without_missing_a_sample(graph, servo_files):
     # a twin that fell behind on a busy machine answers by larger blocks
     assert [m.sequence for m in rig.predictions] == [0, *ends_of(rig.predictions)[:-1]]
     assert rig.predictions[-1].restarts == 0
+    for transition in (Transition.TRANSITION_DEACTIVATE, Transition.TRANSITION_CLEANUP,
+                       Transition.TRANSITION_CONFIGURE):
+        rig.goes(transition)
+    assert rig.set('effects.bearing.level', 5.0).successful  # of the file of the parameter
 
 
 def test_it_bridges_a_short_gap_and_begins_anew_after_a_long_one(graph):

@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+LONGEST = 300  # digits of a whole number; a float64 holds up to 309
 _DOUBTFUL = {'int': (r'[-+]?0[0-7]+|.*:.*', 'a number to base 8 or 60'),
              'float': (r'.*:.*', 'a number to base 60'),
              'bool': (r'(?i)(?!true$|false$).*', 'true or false')}
@@ -20,6 +21,9 @@ kind, and what it is taken for: a ratio of 30:1 for 1801.
 def read_yaml(text: str) -> Any:
     """Return what YAML text holds; raises yaml.YAMLError that names the line."""
     for node in _words(yaml.compose(text, yaml.SafeLoader)):
+        if node.tag.endswith(':int') and len(node.value) > LONGEST:
+            raise yaml.YAMLError(f'line {node.start_mark.line + 1}: a whole number of '
+                                 f'{len(node.value)} digits is more than a float64 holds')
         form, taken = _DOUBTFUL.get(node.tag.rpartition(':')[2], ('(?!)', ''))
         if node.style is None and re.fullmatch(form, node.value):
             raise yaml.YAMLError(f'line {node.start_mark.line + 1}: {node.value} would be read as '

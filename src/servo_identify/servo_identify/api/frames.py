@@ -142,5 +142,5 @@ def _numbers(name: str, column: Any) -> np.ndarray:
         return clock
     try:
         return values.astype(float)
-    except (TypeError, ValueError) as problem:
+    except (TypeError, ValueError, OverflowError) as problem:
         raise ValueError(f'column {name!r} holds no numbers: {problem}') from None

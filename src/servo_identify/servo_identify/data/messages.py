@@ -217,7 +217,7 @@ def _value(path: Path, source: str, message: Any, parts: list[str]) -> float:
         seen.append(at)
     try:
         return np.nan if at is None else float(at)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f'{path}: {source} is no number; give a field or an index of '
                          f'{type(at).__name__}') from None
 

@@ -129,7 +129,7 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
         try:
             column[k] = np.nan if value is None else float(
                 plain(value.strip()) if isinstance(value, str) else value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             at = next((n for n, one in enumerate(values) if _GROUPED.fullmatch(str(one))), k)
             shown = str(values[at])
             why = _AGAIN if shown.strip() == name else _SERIAL if _ARROW in shown else (

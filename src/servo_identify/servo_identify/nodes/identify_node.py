@@ -27,6 +27,7 @@ from std_srvs.srv import Trigger
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
+from servo_twin.nodes.free_output import free_output
 from servo_twin.nodes.given_parameters import cannot_start, refuse_unknown, UNFIT
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
@@ -322,6 +323,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the identify node until it is told to stop; 1: no memory, 2: a bad file or parameter."""
     if asked_for_help('identify_node', __doc__, 'config/identify.yaml'):
         return 0
+    free_output()
     ending, shortage = started(arguments), Shortage()
     with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
         try:

@@ -59,7 +59,7 @@ class Adapter(Node):
         refuse_unknown(self)
         self.mapped = mapping_of(of.mapping, of.joint)
         self.health = RigHealth()
-        self._leaps = EncoderLeaps(self.health)
+        self._leaps = EncoderLeaps(self.health, of.largest_acceleration)
         period = round(SECOND / of.rate if of.rate else SECOND * self.mapped.period)
         self.stream = SampleStream(self.mapped, period, round(of.listen_time * SECOND),
                                    round(of.delay * SECOND), of.block_size, self._publish)

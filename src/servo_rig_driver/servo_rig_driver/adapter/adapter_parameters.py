@@ -8,6 +8,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from ..driver.driver_parameters import Declared
+from ..driver.encoder_leaps import FASTEST, MEANING
 
 DECLARED = (
     Declared('mapping', '', '', 'Mapping file that says which field of which topic is which '
@@ -22,6 +23,7 @@ DECLARED = (
              0.0, 1.0),
     Declared('block_size', 10, 'samples', 'Samples that travel in one message', 1, 4096),
     Declared('silence', 0.5, 's', 'A topic not heard for so long is told as silent', 0.02, 60.0),
+    Declared('largest_acceleration', FASTEST, 'rad/s^2', MEANING, 1.0, 1e7),
     Declared('history', 2.0, 's', 'How much the sample topics keep for a slow reader; at least '
              '1000 messages', 1.0, 60.0),
     Declared('frame_id', '', '', 'TF frame of the samples; empty: base_link below the namespace '
@@ -42,6 +44,7 @@ class Settings:
     delay: float
     block_size: int
     silence: float
+    largest_acceleration: float
     history: float
     frame_id: str
     diagnostics_period: float

@@ -29,6 +29,8 @@ class CanopenDevice(Device):
     beats its own heart.
     """
 
+    tells_restart = True
+
     def __init__(self, table: FrameTable, watch: RigWatch, period: int, retry: float,
                  driver: int) -> None:
         self.frames = RigFrames(table)

@@ -58,6 +58,8 @@ class Device(ABC):
     """Whether the bus has to be CAN FD."""
     on_request: ClassVar[bool] = False
     """Whether each request is answered once and in order, by answers that name no request."""
+    tells_restart: ClassVar[bool] = False
+    """Whether the drive tells that it has started again, however short it was away."""
 
     nodes: Mapping[int, str]
     kinds: int

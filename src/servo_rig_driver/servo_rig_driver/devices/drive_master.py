@@ -47,11 +47,13 @@ class Order(Enum):
 _LEADS_UP = (DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON,
              DriveState.OPERATION_ENABLED)
 
-
 _RUNGS = {state: rung for rung, state in enumerate((DriveState.NOT_READY, *_LEADS_UP))} | {
     DriveState.QUICK_STOP_ACTIVE: 0}
 """How far up a drive is; one in fault is on no rung."""
 STOPPED_BY_OTHER = 'was told to give no torque, by another than this driver,'
+STOPPED_BESIDE = ('went down without a fault or an order on the bus: it was stopped at its panel '
+                  'or by a cable of its own,')
+WENT_DOWN = STOPPED_BESIDE[:-1] + ', or it started again without saying so,'
 PATIENCE = 16
 FAULT_WENT = 'left its fault without a reset, as where its supply was cut,'
 SETTLED = 0.5
@@ -94,6 +96,7 @@ class DriveMaster:
         self.forgive = forgive
         self.quick_stop = quick_stop
         self.after_loss = after_loss
+        self.went_down = STOPPED_BESIDE  # what is said where it goes down by itself
         self.enable = False
         self.state = DriveState.UNKNOWN
         self.tries = self.missed = 0
@@ -114,7 +117,7 @@ class DriveMaster:
         self._free = self._led = self._failed = self.held = self.given_up = False
         self.why_held = ''
 
-    def hold(self, why: str = STOPPED_BY_OTHER) -> None:
+    def hold(self, why: str) -> None:
         """Keep the drive down until begin(), and say why."""
         self.held, self.why_held = True, why
 
@@ -187,7 +190,7 @@ class DriveMaster:
         if loss and (went_down or self.state is DriveState.UNKNOWN):
             self.lost(loss)
         elif went_down and not starved:
-            self.hold()
+            self.hold(self.went_down)
 
     def _went_down(self, state: DriveState, now: float) -> bool:
         """

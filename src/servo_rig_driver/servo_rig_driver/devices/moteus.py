@@ -34,6 +34,7 @@ class Moteus(OnRequest):
     """One controller, by a table of registers."""
 
     fd = True
+    tells_restart = True
 
     def __init__(self, table: MoteusTable, settings: DriveSettings, watch: RigWatch) -> None:
         super().__init__(settings, watch)

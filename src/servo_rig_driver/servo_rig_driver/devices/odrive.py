@@ -99,7 +99,10 @@ class Odrive(OnRequest):
         if self.up(order):
             told = self._input(order, point)
         elif order is Order.ENABLE:
-            told = self._input(order, None) + self._ask_state('closed loop control', now)
+            asked = self._ask_state('closed loop control', now)
+            if asked:  # it may have started again, and be in the mode of its configuration
+                self.unsent()
+            told = self._input(order, None) + asked
         elif order is Order.RESET:
             told = [self._message('Clear_Errors', Identify=0)] if self.clears(order) else []
         elif self._state is DriveState.FAULT:
@@ -140,6 +143,12 @@ class Odrive(OnRequest):
         return self._beats >= SETTLED
 
     def _input(self, order: Order, point: Setpoint | None) -> Frames:
+        """
+        Return the set-point, and where its mode is another one the mode between two of it.
+
+        An axis keeps an input for each mode. By the mode alone it would follow what that input
+        was last, which may be beyond a limit by now; by a mode of position it forgets its input.
+        """
         own = self.settings
         to_motor = own.ratio / tau
         if order is Order.QUICK_STOP:
@@ -159,8 +168,8 @@ class Odrive(OnRequest):
         if mode == self._mode:
             return [sent]
         self._mode = mode
-        return [self._message('Set_Controller_Mode', Control_Mode=mode,
-                              Input_Mode='passthrough'), sent]
+        return [sent, self._message('Set_Controller_Mode', Control_Mode=mode,
+                                    Input_Mode='passthrough'), sent]
 
     def hear(self, identifier: int, data: bytes) -> int | None:
         """Keep what a message of the axis tells; return its place in ANSWERS."""

@@ -144,7 +144,8 @@ class Driver(ManagedNode):
         if self._link.broken or self._several(self._link.now()):
             return FAILURE
         result = super().on_activate(state)
-        self._leaps = EncoderLeaps(self.health)  # a shaft may have been turned by hand
+        self._leaps = EncoderLeaps(  # a shaft may have been turned by hand
+            self.health, self._values['largest_acceleration'])
         self._link.start()
         return result
 

@@ -17,6 +17,7 @@ from rclpy.parameter import Parameter
 from ..can_bus.bus_opening import BusSettings, INTERFACES
 from ..devices.object_dictionary import NODE_IDS
 from ..devices.protocols import PROTOCOLS
+from .encoder_leaps import FASTEST, MEANING
 from .limits import Limits
 
 
@@ -99,6 +100,7 @@ DECLARED = (
              'with it; half a sync_period for hardware', 0.0, 10.0),
     Declared('realtime_priority', 0, '', 'SCHED_FIFO priority of the thread that paces SYNC; 0: '
              'none. Needs the right to set it (CAP_SYS_NICE, or rtprio in limits.conf)', 0, 99),
+    Declared('largest_acceleration', FASTEST, 'rad/s^2', MEANING, 1.0, 1e7),
     Declared('joint_states_rate', 50.0, 'Hz', 'At most this many joint_states a second; 0: none',
              0.0, 1000.0),
     Declared('joint_names', ['motor', 'load'], '', 'Names of the two joints in joint_states'),

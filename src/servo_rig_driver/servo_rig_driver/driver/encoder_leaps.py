@@ -9,7 +9,11 @@ from .rig_health import RigHealth
 from .sample_blocks import SampleBlock
 
 FASTEST = 2e5
-"""rad/s2 that no shaft exceeds: the quickest small motors reach half of it without a load."""
+"""rad/s2 that no shaft exceeds: the quickest small motors reach half of it without a load. Within
+10 ms that is 20 rad, so that who samples slowly says what the own shaft can do."""
+MEANING = ('Acceleration that no shaft of the rig exceeds, of the motor and of the load; an angle '
+           'that departs by more within a sample, and by 1 rad or more, is told as a leap of its '
+           'encoder')
 LEAST = 1.0
 """rad that an angle may depart in any case."""
 BREAK = 0.1
@@ -30,14 +34,15 @@ class EncoderLeaps:
     Looks at the angles of a rig in the order of their samples.
 
     From one sample to the next a shaft goes on at its speed, up to a hard stop that throws it
-    back as fast, and an acceleration of FASTEST. What departs further is no motion. After a break
-    the angle may be anywhere that the speed before it leads to, and half a turn around that.
+    back as fast, and an acceleration of ``fastest``, rad/s2. What departs further is no motion.
+    After a break the angle may be anywhere that the speed before it leads to, and half a turn
+    around that.
     """
 
     ANGLES = ('motor_position', 'load_position')
 
-    def __init__(self, health: RigHealth) -> None:
-        self.health = health
+    def __init__(self, health: RigHealth, fastest: float = FASTEST) -> None:
+        self.health, self.fastest = health, fastest
         self._last: dict[str, _Angle] = {}
 
     def take(self, block: SampleBlock) -> frozenset[str]:
@@ -68,7 +73,7 @@ class EncoderLeaps:
         else:
             off = angle - last.angle - last.step * steps
             leaps = abs(off) > 2.0 * abs(last.step) * steps + max(
-                LEAST, FASTEST * (steps * block.period) ** 2)
+                LEAST, self.fastest * (steps * block.period) ** 2)
             if not leaps:
                 last.step = (angle - last.angle) / steps
         if leaps:

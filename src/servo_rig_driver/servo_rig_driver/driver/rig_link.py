@@ -26,6 +26,7 @@ import can
 from ..can_bus.bus_opening import Wire
 from ..can_bus.bus_port import BusPort, Frames
 from ..devices.device import Outcome
+from ..devices.drive_master import STOPPED_BY_OTHER
 from .paced_requests import LinkSettings, PacedRequests
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
@@ -214,7 +215,7 @@ class RigLink:
             self._port.receive(0.05)
         self.watch.foreign = ''
         if self.watch.foreign_stops and self._active:
-            self.sampler.master.hold()
+            self.sampler.master.hold(STOPPED_BY_OTHER)
         self.health.over('bus.foreign', self.now())
         if not self._active:
             self.sampler.let_go()

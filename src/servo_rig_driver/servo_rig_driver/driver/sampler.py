@@ -10,7 +10,7 @@ from collections import deque
 
 from ..can_bus.bus_port import Frames
 from ..devices.device import Device
-from ..devices.drive_master import DriveMaster, MAY_PUSH, Order
+from ..devices.drive_master import DriveMaster, MAY_PUSH, Order, WENT_DOWN
 from ..devices.pdo_table import FrameError
 from .answer_joining import Sample, SampleJoiner
 from .limits import Mode, Setpoint
@@ -39,6 +39,8 @@ class Sampler:
         self.device = device
         self.player = player
         self.master = master
+        if not device.tells_restart:
+            master.went_down = WENT_DOWN
         self.watch = watch
         self.health = health
         self.blocks: BlockBuilder | None = None

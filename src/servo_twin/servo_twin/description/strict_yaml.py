@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 DEEPEST = 20  # mappings and rows within each other
+LONGEST = 300  # digits of a whole number; a float64 holds up to 309
 
 
 class NotPlain(yaml.YAMLError):
@@ -58,7 +59,16 @@ _Loader.yaml_implicit_resolvers = {
     for first, several in yaml.SafeLoader.yaml_implicit_resolvers.items()}
 for _kind, (_form, _firsts) in _KINDS.items():
     _Loader.add_implicit_resolver(_TAG + _kind, re.compile(f'(?:{_form})$'), list(_firsts))
-_Loader.add_constructor(_TAG + 'int', lambda loader, node: int(loader.construct_scalar(node)))
+
+
+def _whole(loader: _Loader, node: yaml.ScalarNode) -> int:
+    if len(node.value) > LONGEST:
+        raise NotPlain(f'line {node.start_mark.line + 1}: a whole number of {len(node.value)} '
+                       'digits is more than a float64 holds')
+    return int(loader.construct_scalar(node))
+
+
+_Loader.add_constructor(_TAG + 'int', _whole)
 
 
 def read_yaml(text: str) -> Any:

@@ -24,7 +24,8 @@ class ServoLoading:
     Service `twin/load_servo` of a twin node, on a thread and a small node of its own.
 
     The file is read and compiled here, while the twin goes on stepping; only the exchange is done
-    by the twin's own executor, between two samples.
+    by the twin's own executor, between two samples. Parameter `servo_file` stays as it is: what is
+    configured is what the parameters say, and the answer says so.
     """
 
     def __init__(self, twin: Node) -> None:
@@ -44,7 +45,9 @@ class ServoLoading:
         try:
             servo = wanted(request.path, request.content)
             warm_up(servo)
-            response.message, before = self._exchange(servo)
+            said, before = self._exchange(servo)
+            response.message = (f'{said}. After a cleanup, configure reads servo_file = '
+                                f'{self._twin.get_parameter("servo_file").value!r} as before')
             response.previous = servo_file.dumps(before)
             response.success = True
         except ServoError as problem:

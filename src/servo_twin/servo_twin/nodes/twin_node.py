@@ -29,6 +29,7 @@ from ..physics.servo import Servo, ServoError
 from ..recording import events
 from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
+from .free_output import free_output
 from .given_parameters import cannot_start, in_words, refuse_unknown, UNFIT
 from .live_answers import LiveAnswers
 from .managed_node import ManagedNode
@@ -222,15 +223,15 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the twin node until told to stop; 1: another has its name, 2: a bad parameter."""
     if asked_for_help('twin_node', __doc__, 'config/twin.yaml'):
         return 0
+    free_output()
     sys.setswitchinterval(5e-4)  # a servo that is being compiled must not hold samples up
     ending = started(arguments)
     try:
         node = TwinNode()
     except UNFIT as problem:
         return cannot_start('twin_node', problem)
-    executor = EventsExecutor()
+    executor, loading = EventsExecutor(), ServoLoading(node)
     executor.add_node(node)
-    loading = ServoLoading(node)
     try:
         with interruptible(ending):
             if twin_parameters.autostart(node) and node.trigger_configure() == SUCCESS:

@@ -142,7 +142,7 @@ class Servo:
     def _checked(self, path: str, parameter: Parameter, value: Any) -> Value:
         try:
             numbers = tuple(float(v) for v in (value if parameter.row else (value,)))
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             kind = 'a row of numbers' if parameter.row else 'a number'
             if parameter.row and isinstance(value, int | float):
                 kind += f'; a row of one is written [{value}]'

@@ -21,7 +21,7 @@ SUPPLY = 24.0  # V
 
 
 class EmulatedOdrive(OneDrive):
-    """One axis; its error register holds what it was disarmed for."""
+    """One axis; its error register holds what it was disarmed for. It uses no feed-forward."""
 
     def __init__(self, bench: Bench, messages: DbcMessages, settings: DriveSettings, send: Send
                  ) -> None:
@@ -36,7 +36,7 @@ class EmulatedOdrive(OneDrive):
         self.state = IDLE
         self.errors = 0
         self._mode = VELOCITY
-        self._input = 0.0
+        self._inputs = dict.fromkeys((TORQUE, VELOCITY, POSITION), 0.0)
         self._next_beat = 0.0
 
     @property
@@ -49,9 +49,10 @@ class EmulatedOdrive(OneDrive):
         values = self.bench.rig.values
         if self.state != CLOSED_LOOP:
             return (rig_sampling.OFF,)
+        given = self._inputs[self._mode]
         if self._mode == TORQUE:
-            return rig_sampling.CURRENT_MODE, self._input / values['machine.torque_constant']
-        at_load = self._input * tau / values['machine.ratio']
+            return rig_sampling.CURRENT_MODE, given / values['machine.torque_constant']
+        at_load = given * tau / values['machine.ratio']
         mode = rig_sampling.VELOCITY_MODE if self._mode == VELOCITY else rig_sampling.POSITION_MODE
         return mode, at_load
 
@@ -81,11 +82,11 @@ class EmulatedOdrive(OneDrive):
             if wanted == IDLE or (wanted == CLOSED_LOOP and not self.errors):
                 self.state = wanted
         elif name == 'Set_Controller_Mode':
-            self._mode, self._input = int(told['Control_Mode']), 0.0
+            self._mode = int(told['Control_Mode'])
             if self._mode == POSITION:
-                self._input = self.last[rig_sampling.MOTOR] / tau
+                self._inputs[POSITION] = self.last[rig_sampling.MOTOR] / tau
         elif name in _INPUTS:
-            self._input = told[_INPUTS[name]]
+            self._inputs |= {mode: told[said] for mode, said in _INPUTS[name].items()}
 
     def _reply(self, name: str) -> None:
         if name == 'Get_Encoder_Estimates':
@@ -136,5 +137,10 @@ class EmulatedOdrive(OneDrive):
         self._next_beat = 0.0
 
 
-_INPUTS = {'Set_Input_Pos': 'Input_Pos', 'Set_Input_Vel': 'Input_Vel',
-           'Set_Input_Torque': 'Input_Torque'}
+_INPUTS = {'Set_Input_Pos': {POSITION: 'Input_Pos', VELOCITY: 'Vel_FF', TORQUE: 'Torque_FF'},
+           'Set_Input_Vel': {VELOCITY: 'Input_Vel', TORQUE: 'Input_Torque_FF'},
+           'Set_Input_Torque': {TORQUE: 'Input_Torque'}}
+"""
+What a message sets, by the mode that follows it; a feed-forward is the input of a lower mode. An
+axis keeps all three through a change of mode.
+"""

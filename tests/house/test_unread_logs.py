@@ -1,0 +1,49 @@
+"""Every node goes on though nobody takes what it says."""
+
+import fcntl
+import os
+import subprocess
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray
+from driver_bench import Listener, wait_for
+import pytest
+from test_shared_memory import NODES
+
+SMALL = 4096  # bytes, the smallest pipe of Linux: less than what a node says as it starts
+HEARD = 3  # times, one a second
+EVERY = NODES | {'adapter': ('servo_rig_driver.adapter.adapter_node', 'mapping:=robot.yaml')}
+MAPPING = """
+time: {source: /joint_states.stamp}
+columns: {load_position: {source: '/joint_states.position[hip]'}}
+"""
+
+
+def waits_in(pipe):
+    """Return how many bytes nobody has read; the whole pipe may be taken up by few."""
+    told = fcntl.ioctl(pipe, 0x541B, b'\0' * 4)  # FIONREAD
+    return int.from_bytes(told, sys.byteorder)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize('name', EVERY)
+def test_a_node_is_heard_though_its_log_is_full(name, tmp_path):
+    module, value = EVERY[name]
+    (tmp_path / 'robot.yaml').write_text(MAPPING)
+    read, write = os.pipe()
+    fcntl.fcntl(write, fcntl.F_SETPIPE_SZ, SMALL)
+    ears, said = Listener('unread'), []
+    ears.node.create_subscription(
+        DiagnosticArray, '/diagnostics', lambda told: said.append(waits_in(read)), 10)
+    node = subprocess.Popen(
+        [sys.executable, '-m', module, '--ros-args', '-r', '__ns:=/unread', '-p', value,
+         '--log-level', 'debug'], cwd=tmp_path, stdout=write, stderr=write)
+    try:
+        wait_for(lambda: sum(map(bool, said)) >= HEARD, f'the {name} is heard')
+        node.terminate()
+        node.wait(60.0)
+    finally:
+        node.kill()
+        os.close(read)
+        os.close(write)
+        ears.close()
