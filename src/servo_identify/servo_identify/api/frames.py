@@ -38,6 +38,9 @@ def table_in(held: Any, name: str) -> Table:
             continue
         if numbers.ndim == 2 and numbers.shape[1] == 1:
             numbers = numbers[:, 0]
+        if numbers.ndim == 0:
+            raise ValueError(f'{name}: {column!r} is one number, and a column has one for each '
+                             'sample')
         if numbers.ndim != 1:
             raise ValueError(f'{name}: {column!r} has the shape {numbers.shape}, and a column has '
                              '(samples,): give its parts names of their own, and several tables '

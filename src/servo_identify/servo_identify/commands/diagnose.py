@@ -136,8 +136,8 @@ def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
             progress.update(tasks[stage], completed=share, visible=True)
 
         tick('reading', 0.0)
-        several = [recordings_looked_at(arguments, paths)
-                   for paths in (arguments.bags, arguments.accept, arguments.report)]
+        several = recordings_looked_at(arguments, arguments.bags, arguments.accept,
+                                       arguments.report)
         found = diagnose(several[0], servo, several[1], several[2], tuple(arguments.without),
                          tick, arguments.reach, arguments.despite_check)
         tick(STAGES[-1], 1.0)

@@ -17,7 +17,7 @@ from .json_shapes import table_of
 from .lerobot import named_parts
 from .mat_file import load_mat
 from .numpy_file import load_numpy
-from .packed import inner_suffix, read_packed
+from .packed import inner_suffix, PACKED, read_packed
 from .rows_in_time import on_one_timeline
 from .several_runs import cut_before, goes_on, groups_of, runs_of
 from .split_stamps import with_whole_stamps
@@ -37,7 +37,7 @@ _ELSEWHERE = {
     **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
     **dict.fromkeys(('.pkl', '.pickle', '.p', '.joblib', '.pt', '.pth'), 'a pickle may run code '
                     'and is not read: save the frame as Parquet or CSV, arrays by numpy.savez'),
-    **dict.fromkeys(('.gz', '.bz2', '.xz', '.zst', '.zip', '.7z', '.tar'), 'unpack it first')}
+    **dict.fromkeys((*PACKED, '.zip', '.7z', '.tar', '.tgz'), 'unpack it first')}
 """Kinds of files that are not read, and what to do about each."""
 
 _ARROWS = ('.feather', '.arrow', '.arrows', '.ipc')
@@ -63,19 +63,16 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     """
     Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON; a table each run.
 
-    Each may be packed by gzip, bzip2 or zstd (``run.csv.gz``). ``rows`` names the list of records
-    in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the columns
-    of a text file that has no line of names. The columns of an array of two dimensions are called
-    ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
+    Each may be packed by gzip, bzip2, zstd or xz (``run.csv.gz``). ``rows`` names the list of
+    records in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the
+    columns of a text file that has no line of names. The columns of an array of two dimensions are
+    called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
     another suffix, a file that does not parse, text among numbers and columns of unequal length,
     OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
-        ends = sorted({one.suffix for one in path.iterdir() if one.suffix.lower() in SUFFIXES})
-        raise ValueError(f'{path} is a folder and no table; ' + (
-            'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
-            if ends else 'name a file in it'))
+        raise ValueError(f'{path} is a folder without a table; name a file')
     if path.is_file() and inner_suffix(path) in SUFFIXES:
         return read_packed(path, lambda inner: read_tables(inner, rows, names))
     if suffix in _ELSEWHERE and path.exists():
