@@ -52,7 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help=f'exit status {GAP_THERE} where there is a gap, or an unknown one')
     parser.add_argument('--no-page', action='store_true', help='leave report.html out')
     parser.add_argument('--jobs', type=Path, metavar='RIGS.yaml',
-                        help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each')
+                        help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each, and '
+                        'mapping: FILE where columns have other names')
     parser.add_argument('--cluster', default='', metavar='ADDRESS',
                         help='Dask scheduler for --jobs; left out, processes of this machine')
 

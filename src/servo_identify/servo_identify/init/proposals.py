@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import re
 
@@ -23,7 +23,7 @@ from ..data.column_names import (
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
-from .joints import of_joint
+from .joints import joints_of, of_joint
 from .sources import Offered
 
 _NO_ANGLES = ('reference_velocity', 'torque', 'current', 'voltage', 'temperature')
@@ -63,8 +63,17 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
 
     With a ``joint``, sources that name another one are left out.
     """
+    if joint:
+        joints = joints_of(([one.source for one in several] for several in proposed(of).values()),
+                           of.messages)
+        return _proposed(of, of_joint(of.sources, joint, of.messages, joints))
+    return _proposed(of, of.sources)
+
+
+def _proposed(of: Offered, sources: Sequence[str]) -> dict[str, list[Proposal]]:
+    """Return the proposals among some sources."""
     found: dict[str, list[Proposal]] = {}
-    for source in of_joint(of.sources, joint, of.messages):
+    for source in sources:
         column = looks_like(source, of.kinds.get(source, ''))
         if column:
             found.setdefault(column, []).append(
