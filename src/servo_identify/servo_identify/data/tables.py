@@ -16,6 +16,7 @@ from .json_file import flat, LINES, read_json
 from .json_shapes import table_of
 from .lerobot import named_parts
 from .mat_file import load_mat
+from .matlab_objects import what_to_type
 from .numpy_file import load_numpy
 from .packed import inner_suffix, PACKED, read_packed
 from .rows_in_time import on_one_timeline
@@ -29,6 +30,9 @@ _HDF5 = ('.h5', '.hdf5')
 _SHEETS = ('.xlsx', '.xlsm')
 _ELSEWHERE = {
     **dict.fromkeys(('.xls', '.xlsb', '.ods'), 'save the sheet as XLSX or CSV'),
+    **dict.fromkeys(('.trc', '.blf'), 'its CAN frames are bytes: decode them by the DBC of the '
+                    'drive into a table, as by can.LogReader and cantools '
+                    '(Database.decode_message)'),
     '.tdms': 'export it as CSV, or with nptdms: '
              'TdmsFile.read(FILE).as_dataframe(time_index=True).to_csv(NEW)',
     **dict.fromkeys(('.mf4', '.mdf'), 'export it as CSV, or with asammdf: '
@@ -190,14 +194,13 @@ def _feather(path: Path) -> Table:
 
 
 def _mat(path: Path) -> list[Table]:
-    found = load_mat(path)
+    found, objects = load_mat(path)
+    refused = {name: what_to_type(path, name, kind) for name, kind in objects.items()}
     if not any(np.ndim(value) for value in found.values()):
-        raise ValueError(f'{path} holds no array of numbers. Objects of MATLAB (timeseries, '
-                         'table) have to be saved as arrays or structures: t = log.Time; u = '
-                         'log.Data')
+        raise ValueError(next(iter(refused.values()), f'{path} holds no array of numbers'))
     arrays = {name: value for name, value in found.items()
               if isinstance(name, str) and not name.startswith('__')}
-    return _of_arrays(path, arrays, {})
+    return _of_arrays(path, arrays, refused)
 
 
 def _json(path: Path, rows: str) -> list[Table]:

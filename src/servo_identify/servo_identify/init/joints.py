@@ -11,10 +11,18 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 import re
 
-from ..data.column_names import split
+from ..data.column_names import ANGLE, looks_like, split
 
 _INDEXED = re.compile(r'(.*?)\[([^\[\]]+)\](.*)')
 _NUMBERED = re.compile(r'(.*[A-Za-z]_?)(\d+)(\D*)')
+_ANGLES = (ANGLE, 'motor_position', 'load_position')
+_PHASES = ({'a', 'b', 'c'}, {'u', 'v', 'w'}, {'d', 'q'}, {'alpha', 'beta'})
+"""Letters of what one motor has of several: its windings, and what they are transformed to."""
+
+
+def are_phases(names: Sequence[str]) -> bool:
+    """Tell whether names are those of the phases of one motor, and of no three joints."""
+    return len(names) > 1 and any({one.lower() for one in names} <= phases for phases in _PHASES)
 
 
 def joint_in(source: str, messages: bool, known: Sequence[str] = ()
@@ -56,7 +64,7 @@ def joints_of(several: Iterable[Sequence[str]], messages: bool) -> list[str]:
 
 def _by_words(several: Iterable[Sequence[str]]) -> list[str]:
     """Return the joints of ``left_knee_pos``, ``left_hip_pos``: knee and hip in two columns."""
-    found = Counter[tuple[str, ...]]()
+    found, turning = Counter[tuple[str, ...]](), list[tuple[str, ...]]()
     for sources in filter(None, several):
         parted = [re.split(r'(?<=[\W_])|(?=[\W_])', split(one)[0]) for one in sources]
         shortest = min(map(len, parted))
@@ -66,7 +74,9 @@ def _by_words(several: Iterable[Sequence[str]]) -> list[str]:
                        for one in parted)
         if len(joints) > 1 and all(joints) and (before or behind):
             found[joints] += 1
-    return next((list(joints) for joints, count in found.items() if count > 1), [])
+            turning += [joints] * (looks_like(sources[0]) in _ANGLES)
+    return next((list(joints) for joints, count in found.items() if count > 1 and (
+        joints in turning or not are_phases(joints))), [])
 
 
 def _alike(parted: Sequence[Sequence[str]], shortest: int) -> list[str]:

@@ -18,6 +18,7 @@ from ..data.reading import read_recordings
 from .asking import choose_columns, complete, not_asked_for, with_command
 from .files import mapping_text, servo_text
 from .given_columns import given_columns
+from .hints import phases
 from .joint_choice import choose_joint
 from .left_out import left_out, other_angles, reasons, remarks
 from .machine import flags, Machine
@@ -73,6 +74,7 @@ class Draft:
         """What is to be said beside the flags that are missing."""
         units = ['UNIT is one such as V, A, mA, rad, deg, 1/4096 rev (one count of an encoder)']
         return [*(units if any(':UNIT' in one for one in self.missing) else []),
+                *(phases(self.of.sources) if not self.wanted.joint else []),
                 *(f'the {section} is {said}' for section, said in self.machine.chosen.items()),
                 *([UNUSED] if what_it_tells(self.columns) == 'the transmission' else []),
                 *(f'left out: {said}' for said in (*not_asked_for(self.of), *other_angles(
@@ -108,7 +110,8 @@ class Made:
         if left:
             said.append(f'left out             {", ".join(map(repr, left))}')
         said += [f'note                 {one}' for one in (
-            *reasons(of, left), *remarks(self.draft.proposals, self.columns, left))]
+            *reasons(of, left), *remarks(self.draft.proposals, self.columns, left),
+            *(phases(of.sources) if not joint else []))]
         return said + [f'{section:<20} is {one}'
                        for section, one in self.draft.machine.chosen.items()]
 

@@ -1,0 +1,79 @@
+"""Tables as other tools and other habits write them: an answer, or what to do about them."""
+
+from init_bench import gear_motor, GIVEN, init, write
+import numpy as np
+import pytest
+
+from servo_identify.cli import main
+from servo_identify.data.reading import read_recordings
+from servo_identify.data.tables import read_table
+from servo_identify.init.hints import phases
+from servo_identify.init.joints import joints_of
+
+
+@pytest.fixture(scope='module')
+def run():
+    return gear_motor()
+
+
+def refused(data, folder, capsys, *more):
+    """Return what init says that it needs."""
+    assert main(['init', str(data), '-o', str(folder / 's.yaml'), *GIVEN, *more]) == 2
+    return capsys.readouterr().err
+
+
+def test_a_time_that_counts_the_rows_is_asked_for_and_not_taken_for_ms(run, tmp_path, capsys):
+    rows = np.arange(len(run['time']), dtype=float)
+    data = write(tmp_path / 'log.csv', {'time': rows, 'u [V]': run['u'], 'i [A]': run['i'],
+                                        'q [rad]': run['q']})
+    assert 'its numbers count the rows' in refused(data, tmp_path, capsys)
+    assert init(data, tmp_path, '--column', 't=:2 ms') == 0
+    (one,) = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one.period == pytest.approx(0.002)
+
+
+def test_what_has_a_unit_of_time_and_rises_is_the_time_whatever_its_name(run, tmp_path):
+    data = write(tmp_path / 'scope.csv', {'Source [Second]': run['time'], 'u [V]': run['u'],
+                                          'i [A]': run['i'], 'q [rad]': run['q']})
+    assert init(data, tmp_path) == 0
+    assert "source: 'Source [Second]'" in (tmp_path / 'new' / 'm.yaml').read_text()
+
+
+def test_an_angle_in_volts_is_told_how_to_be_given(run, tmp_path, capsys):
+    data = write(tmp_path / 'scope.csv', {'t [s]': run['time'], 'A [V]': run['u'],
+                                          'current [A]': run['i'], 'C [V]': run['q'] / 0.3})
+    assert "--column 'load_position=C [V]:0.3 rad'" in refused(data, tmp_path, capsys)
+    assert init(data, tmp_path, '--column', 'load_position=C [V]:0.3 rad', '--column',
+                'voltage=A [V]') == 0
+    (one,) = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    np.testing.assert_allclose(one['load_position'], run['q'], atol=1e-6)
+
+
+def test_a_speed_alone_is_told_to_be_integrated(run, tmp_path, capsys):
+    data = write(tmp_path / 'log.csv', {'t [s]': run['time'], 'voltage [V]': run['u'],
+                                        'current [A]': run['i'], 'speed [rad/s]': run['q']})
+    assert 'cumulative_trapezoid' in refused(data, tmp_path, capsys)
+
+
+@pytest.mark.parametrize('names', [('ia [A]', 'ib [A]', 'ic [A]'), ('u_u', 'u_v', 'u_w')])
+def test_the_phases_of_a_motor_are_no_joints_and_none_of_them_its_current(names):
+    (said,) = phases(['t', *names, 'theta', 'Channel A [V]', 'Channel B [V]', 'Channel C [V]'])
+    assert said.startswith(', '.join(map(repr, names))) and 'i_q' in said
+
+
+def test_letters_are_joints_where_angles_have_them_too():
+    currents, volts = ['i_a', 'i_b', 'i_c'], ['u_a', 'u_b', 'u_c']
+    assert joints_of([currents, volts, ['theta']], messages=False) == []
+    assert joints_of([currents, ['pos_a', 'pos_b', 'pos_c']], messages=False) == ['a', 'b', 'c']
+
+
+@pytest.mark.parametrize(('name', 'text', 'words'), [
+    ('echo.txt', 'header:\n  stamp:\n    sec: 17\nname:\n- elbow\nposition:\n- 0.25\n---\n' * 9,
+     'is a print of messages, as `ros2 topic echo`'),
+    ('gz.txt', 'joint {\n  name: "elbow"\n  axis1 {\n    position: 0.25\n  }\n}\n' * 9,
+     'is a print of messages'),
+    ('pcan.trc', '  1)  0.1  Rx 0181 4 00 11 22 33\n', 'decode them by the DBC')])
+def test_logs_that_are_no_tables_are_refused_with_what_to_do(tmp_path, name, text, words):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ValueError, match=words):
+        read_table(tmp_path / name)
