@@ -67,6 +67,19 @@ def test_letters_are_joints_where_angles_have_them_too():
     assert joints_of([currents, ['pos_a', 'pos_b', 'pos_c']], messages=False) == ['a', 'b', 'c']
 
 
+def test_a_torque_in_percent_is_given_as_what_one_percent_is(run, tmp_path, capsys):
+    share = 100.0 * run['i'] / 5.0
+    data = write(tmp_path / 'log.csv', {'t [s]': run['time'], 'torque_actual [%]': share,
+                                        'voltage [V]': run['u'], 'motor_position [rad]':
+                                        run['theta']})
+    said = refused(data, tmp_path, capsys)
+    assert "'current=torque_actual [%]:UNIT' of the motor" in said and ':%' not in said
+    assert 'UNIT is what 1 % of that torque is, such as 0.0127 N m' in said
+    assert init(data, tmp_path, '--column', 'current=torque_actual [%]:0.00225 N m') == 0
+    (one,) = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    np.testing.assert_allclose(one['current'], run['i'], atol=1e-6)
+
+
 @pytest.mark.parametrize(('name', 'text', 'words'), [
     ('echo.txt', 'header:\n  stamp:\n    sec: 17\nname:\n- elbow\nposition:\n- 0.25\n---\n' * 9,
      'is a print of messages, as `ros2 topic echo`'),

@@ -5,6 +5,8 @@ import numpy as np
 import pyarrow
 from pyarrow import parquet
 import pytest
+from rosbags.rosbag1 import Writer
+from rosbags.typesys import get_typestore, Stores
 
 from servo_identify.cli import main
 from servo_identify.data.column_names import ANGLE, looks_like
@@ -93,6 +95,44 @@ def test_what_several_joints_lack_is_said_once_for_all(run, tmp_path, capsys):
     one = write(tmp_path / 'one.csv', run)
     assert main(['init', str(one), '-o', str(tmp_path / 'arm'), '--joint', 'all']) == 2
     assert 'tells several joints apart' in capsys.readouterr().err
+
+
+def test_a_bag_of_a_robot_says_where_the_name_of_a_joint_stands(run, tmp_path, capsys):
+    data = bag_of_robot(tmp_path / 'robot.bag', run)
+    assert main(['init', str(data), '-o', str(tmp_path / 'robot'), '--joint', 'hip,knee']) == 2
+    said = capsys.readouterr().err
+    assert "--column 'current=/joint_states.effort[{joint}]:N m'" in said
+    assert '--column voltage=/{joint}/command.data:UNIT' in said
+    assert main(['init', str(data), '-o', str(tmp_path / 'robot'), '--joint', 'all', *GIVEN,
+                 '--column', 'current=/joint_states.effort[{joint}]:N m', '--column',
+                 'voltage=/{joint}/command.data:V']) == 0
+    rigs = read_rigs(tmp_path / 'robot' / 'rigs.yaml')
+    for name, sign in (('hip', 1.0), ('knee', -1.0)):
+        (one,) = read_recordings(rigs[name].bags, rigs[name].servo, rigs[name].mapping)
+        np.testing.assert_allclose(one['current'], sign * run['i'][:len(one)], atol=1e-6)
+        np.testing.assert_allclose(one['voltage'], sign * run['u'][:len(one)], atol=1e-6)
+
+
+def bag_of_robot(path, run):
+    """Write a bag of ROS 1 in which a hip and a knee move against each other."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    state, header, stamp, number = (store.types[name] for name in (
+        'sensor_msgs/msg/JointState', 'std_msgs/msg/Header', 'builtin_interfaces/msg/Time',
+        'std_msgs/msg/Float64'))
+    with Writer(path) as bag:
+        states = bag.add_connection('/joint_states', state.__msgtype__, typestore=store)
+        told = {sign: bag.add_connection(f'/{joint}/command', number.__msgtype__, typestore=store)
+                for joint, sign in (('hip', 1.0), ('knee', -1.0))}
+        for k, (time, u, i, q) in enumerate(zip(*(run[one] for one in ('time', 'u', 'i', 'q')),
+                                                strict=True)):
+            at = 1_714_560_000_000_000_000 + round(1e9 * time)
+            message = state(header(k, stamp(*divmod(at, 1_000_000_000)), ''), ['hip', 'knee'],
+                            np.array([q, -q]), np.zeros(2), 0.045 * 50.0 * np.array([i, -i]))
+            bag.write(states, at, store.serialize_ros1(message, state.__msgtype__))
+            for sign, connection in told.items():
+                bag.write(connection, at, store.serialize_ros1(number(sign * u),
+                                                               number.__msgtype__))
+    return path
 
 
 def test_a_file_of_jobs_names_a_mapping_by_which_its_tables_are_read(run, tmp_path, monkeypatch):

@@ -120,14 +120,21 @@ def missing_of_all(drafts: Iterable[Draft]) -> list[str]:
 
 def _for_any(text: str, draft: Draft) -> str:
     """Return a text in which {joint} stands in the sources that have the name of the joint."""
-    joint, messages = draft.wanted.joint, draft.of.messages
     for source in draft.of.sources:
-        (before, _), named = joint_in(source, messages, (joint,))
-        if named == joint:
-            shape = before + PLACE + source[len(before) + len(joint):]
+        shape = _shape_of(source, draft.wanted.joint, draft.of.messages)
+        if shape != source:
             text = re.sub(rf"(?<=[=']){re.escape(source)}(?=[':\s]|$)", lambda _, to=shape: to,
                           text)
     return text
+
+
+def _shape_of(source: str, joint: str, messages: bool) -> str:
+    """Return a source with {joint} where it has the name of the joint, in topic and index."""
+    (before, _), named = joint_in(source, messages, (joint,))
+    if named == joint:
+        at = source.index(joint, len(before))
+        source = source[:at] + PLACE + source[at + len(joint):]
+    return source.replace(f'/{joint}/', f'/{PLACE}/') if messages else source
 
 
 def jobs_text(folder: Path, made: Sequence[Made]) -> str:
