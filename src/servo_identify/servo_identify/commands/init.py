@@ -24,6 +24,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import judged_file, new_folder, say, tell
+from servo_twin.description.joint_names import are_several
 
 from ..data.arguments import one_file
 from ..init.flag_names import TYPES, VALUES
@@ -75,11 +76,10 @@ def main(arguments: argparse.Namespace) -> int:
     """Ask, check, write; 1 where the recording contradicts what was given."""
     from ..init.next_step import next_command, what_it_tells
     from ..init.one_machine import draft_of, made_of
-    from ..init.several_joints import several_wanted
     from ..init.sources import offered
 
     arguments.data = one_file(arguments.data, 'init')
-    several = several_wanted(arguments.joint)
+    several = are_several(arguments.joint)
     for path in (arguments.mapping_out, None if several else arguments.output):
         if path is not None:
             judged_file(path, arguments.force)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from os.path import relpath
@@ -11,7 +10,7 @@ import re
 
 import yaml
 
-from servo_twin.description.nearest_name import or_what
+from servo_twin.description.joint_names import ALL, file_names, names_in, value_of
 
 from .joint_choice import choose_joint, joints_in
 from .joints import joint_in
@@ -20,22 +19,10 @@ from .one_machine import Draft, Made, Wanted
 from .proposals import proposed
 from .sources import Offered
 
-ALL = 'all'
 PLACE = '{joint}'
 """What stands for the name of the joint in a --column."""
 JOBS = 'rigs.yaml'
 """The file that `servo-identify diagnose --jobs` takes."""
-
-
-def several_wanted(flags: Sequence[str]) -> bool:
-    """Tell whether --joint names several joints."""
-    return len(names_in(flags)) > 1 or names_in(flags) == [ALL]
-
-
-def names_in(flags: Sequence[str]) -> list[str]:
-    """Return the joints that --joint names: elbow,knee or one each time."""
-    return [*dict.fromkeys(name for text in flags for one in text.split(',')
-                           if (name := one.strip()))]
 
 
 def wanted_joints(of: Offered, flags: Sequence[str]) -> list[str]:
@@ -63,32 +50,12 @@ def of_joint(common: Wanted, joint: str, joints: Sequence[str],
     its name. Raises ValueError for a value of a joint that is not among them.
     """
     own = {name: text for name, texts in values.items()
-           if (text := _value_of(name, texts, joint, joints)) is not None}
+           if (text := value_of(f'--{name.replace("_", "-")}', texts, joint, joints))
+           is not None}
     name = file_names(joints)[joint]
     return replace(common, name=f'{common.name}_{name}' if common.name else name, joint=joint,
                    output=common.output / f'{name}.yaml', values=own,
                    columns=tuple(one.replace(PLACE, joint) for one in common.columns))
-
-
-def _value_of(name: str, texts: Sequence[str], joint: str, joints: Sequence[str]) -> str | None:
-    """Return the text of a value for a joint, None where there is none."""
-    found: dict[str, str] = {}
-    for text in texts:
-        who, equals, value = text.partition('=')
-        if equals and who not in joints:
-            raise ValueError(f'--{name.replace("_", "-")} {text!r}: there is no joint {who!r} '
-                             f'here; {or_what(who, joints, "there are")}')
-        found[who if equals else ''] = value if equals else text
-    return found.get(joint, found.get(''))
-
-
-def file_names(joints: Sequence[str]) -> dict[str, str]:
-    """Return a name for the files of each joint, without signs that a path cannot hold."""
-    plain = {one: re.sub(r'\W+', '_', one).strip('_') or 'joint' for one in joints}
-    plain = {one: f'joint_{name}' if name[0].isdigit() else name for one, name in plain.items()}
-    count = Counter(plain.values())
-    return {one: name if count[name] == 1 else f'{name}_{number}'
-            for number, (one, name) in enumerate(plain.items(), 1)}
 
 
 def missing_of_all(drafts: Iterable[Draft]) -> list[str]:
