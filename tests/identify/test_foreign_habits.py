@@ -80,6 +80,33 @@ def test_a_torque_in_percent_is_given_as_what_one_percent_is(run, tmp_path, caps
     np.testing.assert_allclose(one['current'], run['i'], atol=1e-6)
 
 
+def test_words_for_two_readings_or_two_shafts_are_no_joints():
+    for names in (('raw', 'filt'), ('motor', 'load')):
+        columns = [[f'{kind}_{name}' for name in names] for kind in ('temp', 'torque')]
+        assert joints_of(columns, messages=False) == []
+
+
+@pytest.mark.parametrize('first', [739373.5, 2460432.5])  # datenum of MATLAB, Julian date
+def test_days_since_an_early_year_are_told_by_their_size(run, tmp_path, first):
+    text = [f'{first + t / 86400.0:.11f},{u:.5f},{i:.5f},{q:.6f}' for t, u, i, q in zip(
+        *(run[name] for name in ('time', 'u', 'i', 'q')), strict=True)]
+    data = tmp_path / 'log.csv'
+    data.write_text('\n'.join(['time,u [V],i [A],q [rad]', *text]))
+    assert init(data, tmp_path) == 0
+    (one,) = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
+    assert one.period == pytest.approx(0.002, rel=1e-3)
+
+
+@pytest.mark.parametrize(('name', 'text', 'words'), [
+    ('log.csv', 't,u\n0,1F\n1,20\n2,A0\n', 'are these hexadecimal'),
+    ('log.json', '[{"id": 1, "pos": [' + '0.125, ' * 99 + '1.0]}]', 'each cell holds a list')])
+def test_a_column_of_no_numbers_is_shown_in_short_with_what_to_do(tmp_path, name, text, words):
+    (tmp_path / name).write_text(text)
+    table = read_table(tmp_path / name)
+    (said,) = table.refused.values()
+    assert words in said and len(said) < 400
+
+
 @pytest.mark.parametrize(('name', 'text', 'words'), [
     ('echo.txt', 'header:\n  stamp:\n    sec: 17\nname:\n- elbow\nposition:\n- 0.25\n---\n' * 9,
      'is a print of messages, as `ros2 topic echo`'),

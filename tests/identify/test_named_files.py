@@ -49,6 +49,15 @@ def test_a_folder_stands_for_its_tables_packed_or_not_and_for_its_bags(tmp_path)
         'run_1', 'run_2', 'run_3', 'run_4']
 
 
+def test_a_folder_that_holds_nothing_says_where_there_is_something(tmp_path):
+    with pytest.raises(ValueError, match='is a folder without a bag or a table$'):
+        read_recordings([tmp_path], SERVO)
+    (tmp_path / 'monday').mkdir()
+    write_csv(tmp_path / 'monday' / 'run.csv', table())
+    with pytest.raises(ValueError, match='named by them, such as .*monday$'):
+        read_recordings([tmp_path], SERVO)
+
+
 def test_a_file_that_is_named_in_two_ways_is_read_once(tmp_path, monkeypatch):
     path = write_csv(tmp_path / 'run.csv', table())
     monkeypatch.chdir(tmp_path)

@@ -14,7 +14,7 @@ from servo_twin.recording.recording import Recording
 from .long_bags import all_of, Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
-from .named_files import files_of, names_apart
+from .named_files import files_of, held_in, is_folder, names_apart
 from .packed import stem_of
 from .table_import import import_tables
 
@@ -155,6 +155,11 @@ def _known(path: Path) -> Iterator[None]:
     try:
         yield
     except BagError as problem:
+        if is_folder(path):
+            below = sorted(one for one in path.iterdir() if held_in(one) or holds_messages(one))
+            raise BagError(f'{path} is a folder without a bag or a table' + (
+                f'; those of the folders below are named by them, such as {below[0]}'
+                if below else '')) from None
         strangers = _strangers(path)
         if strangers:
             raise BagError(f'{path} is no bag of this project: its topics are {strangers}. A '

@@ -18,6 +18,10 @@ _NUMBERED = re.compile(r'(.*[A-Za-z]_?)(\d+)(\D*)')
 _ANGLES = (ANGLE, 'motor_position', 'load_position')
 _PHASES = ({'a', 'b', 'c'}, {'u', 'v', 'w'}, {'d', 'q'}, {'alpha', 'beta'})
 """Letters of what one motor has of several: its windings, and what they are transformed to."""
+_OF_ONE = {'raw', 'filt', 'filtered', 'unfiltered', 'smooth', 'smoothed', 'lp', 'meas', 'measured',
+           'est', 'estimated', 'sim', 'simulated', 'model', 'motor', 'rotor', 'load', 'output',
+           'input', 'link', 'min', 'max', 'mean', 'actual', 'act'}
+"""Words for several readings of one joint, and for its two shafts."""
 
 
 def are_phases(names: Sequence[str]) -> bool:
@@ -76,7 +80,8 @@ def _by_words(several: Iterable[Sequence[str]]) -> list[str]:
             found[joints] += 1
             turning += [joints] * (looks_like(sources[0]) in _ANGLES)
     return next((list(joints) for joints, count in found.items() if count > 1 and (
-        joints in turning or not are_phases(joints))), [])
+        joints in turning or not are_phases(joints)) and not {*map(str.lower, joints)} <= _OF_ONE),
+        [])
 
 
 def _alike(parted: Sequence[Sequence[str]], shortest: int) -> list[str]:
