@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.data.column_names import split
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.tables import read_table
 from servo_identify.init.hints import phases
@@ -95,6 +96,33 @@ def test_days_since_an_early_year_are_told_by_their_size(run, tmp_path, first):
     assert init(data, tmp_path) == 0
     (one,) = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert one.period == pytest.approx(0.002, rel=1e-3)
+
+
+def test_a_unit_behind_a_blank_belongs_to_its_name_where_blanks_part_the_columns(tmp_path):
+    rows = ''.join(f'{0.1 * k:6.3f} {k}.5  {2 * k}.0\n' for k in range(9))
+    (tmp_path / 'log.txt').write_text('t [s]   u [V]  torque [N m]\n' + rows)
+    table = read_table(tmp_path / 'log.txt')
+    assert [*table.columns] == ['t [s]', 'u [V]', 'torque [N m]']
+    assert table['torque [N m]'][3] == 6.0
+
+
+@pytest.mark.parametrize('head', ['"t" "u" "theta"', '       t    u   theta',
+                                  '"t [s]" "u [V]" "theta [rad]"'])
+def test_the_name_that_r_and_pandas_leave_out_is_that_of_the_first_column(tmp_path, head):
+    rows = ''.join(f'{k} {0.1 * k:.3f} {k}.5 {2 * k}.0\n' for k in range(9))
+    (tmp_path / 'log.txt').write_text(f'{head}\n{rows}')
+    table = read_table(tmp_path / 'log.txt')
+    found = {split(name)[0]: column[2] for name, column in table.columns.items()}
+    assert (found['t'], found['u'], found['theta']) == (0.2, 2.5, 4.0)
+
+
+@pytest.mark.parametrize('text', [
+    '{"t": 0.0, "u": 1.5}\n{"t": 0.1, "u": 2.5}\n',
+    '{"0": {"t": 0.0, "u": 1.5}, "1": {"t": 0.1, "u": 2.5}}'])
+def test_json_may_hold_a_record_in_each_line_or_under_its_number(tmp_path, text):
+    (tmp_path / 'log.json').write_text(text)
+    table = read_table(tmp_path / 'log.json')
+    assert table['t'].tolist() == [0.0, 0.1] and table['u'].tolist() == [1.5, 2.5]
 
 
 @pytest.mark.parametrize(('name', 'text', 'words'), [
