@@ -98,6 +98,35 @@ def test_days_since_an_early_year_are_told_by_their_size(run, tmp_path, first):
     assert one.period == pytest.approx(0.002, rel=1e-3)
 
 
+@pytest.mark.parametrize('labels', [('1', '2'), ('hip', 'knee')])
+def test_rows_of_two_machines_in_turn_are_refused_with_what_to_do(run, tmp_path, labels):
+    rows = [f'{t + 0.001 * k:.4f},{label},{u * (1 - 0.7 * k):.4f},{q * (1 - 0.7 * k):.6f}'
+            for t, u, q in zip(*(run[one] for one in ('time', 'u', 'q')), strict=True)
+            for k, label in enumerate(labels)]
+    (tmp_path / 'bus.csv').write_text('\n'.join(['t,motor_id,voltage,load_position', *rows]))
+    with pytest.raises(ValueError, match="'motor_id' tells apart .*groupby"):
+        read_table(tmp_path / 'bus.csv')
+    one = '\n'.join(row for row in rows if f',{labels[0]},' in row)
+    (tmp_path / 'one.csv').write_text(f't,motor_id,voltage,load_position\n{one}')
+    assert len(read_table(tmp_path / 'one.csv')['t']) == len(run['time'])
+
+
+def test_a_bit_that_changes_with_each_row_is_no_machine(run, tmp_path):
+    bit = np.arange(len(run['time'])) % 2
+    data = write(tmp_path / 'log.csv', {'t': run['time'], 'toggle': bit, 'watchdog': 10 * bit,
+                                        'noise': np.random.default_rng(0).normal(size=len(bit)),
+                                        'voltage': run['u'], 'load_position': run['q']})
+    assert len(read_table(data)['t']) == len(bit)
+
+
+def test_the_counts_of_a_coarse_encoder_are_no_machines(tmp_path):
+    time = 0.05 * np.arange(4000)
+    data = write(tmp_path / 'log.csv', {
+        't': time, 'motor_position': 50.0 * np.sin(3.0 * time),
+        'load_position [1/64 rev]': np.round(16.0 * np.sin(3.0 * time))})
+    assert len(read_table(data)['t']) == len(time)
+
+
 def test_a_unit_behind_a_blank_belongs_to_its_name_where_blanks_part_the_columns(tmp_path):
     rows = ''.join(f'{0.1 * k:6.3f} {k}.5  {2 * k}.0\n' for k in range(9))
     (tmp_path / 'log.txt').write_text('t [s]   u [V]  torque [N m]\n' + rows)

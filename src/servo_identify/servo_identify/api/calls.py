@@ -15,6 +15,7 @@ from ..data.check import check as check_data
 from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
+from ..data.rows_in_turn import check_turns
 from ..data.several_runs import long_enough, runs_of
 from ..data.split_stamps import with_whole_stamps
 from ..data.table_import import recording_of, with_left_out
@@ -195,6 +196,7 @@ def _held(columns: Mapping[str, Any], machine: ServoFile, mapping: str | Path | 
     if not all(map(len, table.columns.values())):
         raise ValueError(f'{name} has no rows')
     plan = read_mapping(Path(mapping)) if mapping else None
+    check_turns(table.path, table.columns)
     runs, left = long_enough(runs_of(with_whole_stamps(table)))
     facts = {'family': family} if family else {}
     return with_left_out([recording_of(run, machine.servo, machine.text, facts, plan)

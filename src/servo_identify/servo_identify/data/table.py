@@ -16,6 +16,7 @@ from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .long_form import check_wide
 from .number_texts import plain, without_groups
+from .rows_in_turn import check_turns
 from .run_labels import numbered
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
@@ -123,8 +124,9 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
                 table.refused[name] = str(problem)
             else:
                 table.columns[name] = runs
-    check_wide(table.path, table.columns, {name: values for name, values in texts.items()
-                                           if name in table.refused})
+    labels = {name: values for name, values in texts.items() if name in table.refused}
+    check_wide(table.path, table.columns, labels)
+    check_turns(table.path, table.columns, labels)
     return table
 
 

@@ -20,6 +20,7 @@ from .matlab_objects import what_to_type
 from .numpy_file import load_numpy
 from .packed import inner_suffix, PACKED, read_packed
 from .rows_in_time import on_one_timeline
+from .rows_in_turn import check_turns
 from .several_runs import cut_before, goes_on, groups_of, runs_of
 from .split_stamps import with_whole_stamps
 from .spreadsheet import sheet_text
@@ -103,6 +104,7 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     for table in tables:
         if not (table.columns or table.refused) or not all(map(len, table.columns.values())):
             raise ValueError(f'{path} has no rows')
+        check_turns(path, table.columns)
     return [run for table in tables for run in runs_of(with_whole_stamps(table))]
 
 
