@@ -53,3 +53,18 @@ def test_the_first_of_several_times_that_leave_no_doubt_is_taken():
     held = frame().assign(timestamp=np.arange(ROWS), time=0.002 * np.arange(ROWS))
     one, = si.read(held, 'dc_gearmotor')
     assert one.period == pytest.approx(0.002)
+
+
+def test_series_side_by_side_are_read_where_their_rows_are_the_same_and_else_refused():
+    held = {name: column for name, column in frame().items()}
+    held['t'] = pandas.Series(gear_motor()['time'][:ROWS])
+    one, = si.read(held, 'dc_gearmotor')
+    assert len(one) == ROWS
+    held['current'] = held['current'][::-1]
+    with pytest.raises(ValueError, match="'current' and 'voltage' have rows of another index"):
+        si.read(held, 'dc_gearmotor')
+
+
+def test_a_list_of_records_is_told_to_be_made_a_frame():
+    with pytest.raises(ValueError, match=r'pandas.DataFrame\(records\)'):
+        si.read(frame(gear_motor()['time'][:ROWS]).to_dict('records'), 'dc_gearmotor')

@@ -205,12 +205,6 @@ def test_it_refuses_a_bag_of_this_project_and_says_what_to_do(run, tmp_path):
         offered(bag)
 
 
-def test_a_folder_of_tables_is_answered_by_their_pattern(run, tmp_path):
-    write(tmp_path / 'run.csv', run)
-    with pytest.raises(ValueError, match=r"it holds tables, which are '.*/\*\.csv'"):
-        read_recordings([tmp_path], SERVO)
-
-
 def test_ctrl_c_while_a_command_is_loaded_is_told_by_the_exit_status_alone(monkeypatch, capsys):
     def interrupted(*_):
         raise KeyboardInterrupt

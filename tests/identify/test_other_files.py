@@ -8,6 +8,7 @@ import pyarrow
 from pyarrow import ipc
 import pytest
 
+from servo_identify.data import mat_file
 from servo_identify.data.reading import read_one
 from servo_identify.data.tables import read_table
 
@@ -169,10 +170,26 @@ def test_a_stream_of_arrow_is_read_as_a_file_is(tmp_path):
         assert read_table(tmp_path / name)['voltage'] == pytest.approx(ANGLE)
 
 
-def test_a_timeseries_of_a_new_mat_file_is_refused_with_what_to_save(tmp_path):
+@pytest.mark.parametrize(('kind', 'words'), [
+    ('timeseries', r"load\('log.mat'\); log = struct\('time', log.Time, 'data'"),
+    ('timetable', r"writetimetable\(log, 'log.csv'\)"),
+    ('Simulink.SimulationData.Dataset', r'for k = 1:log.numElements.*makeValidName'),
+    ('my.Class', 'log_t = ...')])
+def test_an_object_of_matlab_is_refused_with_what_to_type_there(tmp_path, kind, words):
     h5py = pytest.importorskip('h5py')
     with h5py.File(tmp_path / 'log.mat', 'w', userblock_size=512) as file:
         log = file.create_dataset('log', data=np.array([[0xdd000000, 2, 1, 1, 1, 1]], 'u4'))
-        log.attrs['MATLAB_class'], log.attrs['MATLAB_object_decode'] = np.bytes_('timeseries'), 3
-    with pytest.raises(ValueError, match='t = log.Time'):
+        log.attrs['MATLAB_class'], log.attrs['MATLAB_object_decode'] = np.bytes_(kind), 3
+    with pytest.raises(ValueError, match=words):
         read_table(tmp_path / 'log.mat')
+    with h5py.File(tmp_path / 'log.mat', 'a') as file:
+        file['t'] = np.arange(3.0)
+    table = read_table(tmp_path / 'log.mat')
+    assert [*table.columns] == ['t'] and kind in table.refused['log']
+
+
+def test_an_object_in_a_mat_file_of_version_7_is_told_by_its_name():
+    fields = [(name, object) for name in ('s0', 's1', 's2', 'arr')]
+    held = np.array([(b'log', b'MCOS', b'timeseries', None)], fields)  # as scipy has it
+    (name, kind), = mat_file.leaves('None', held)
+    assert name == 'log' and kind.item() == (b'timeseries',)

@@ -264,12 +264,14 @@ def test_all_short_names_are_named_at_once_and_time_needs_no_question(tmp_path):
 
 
 @pytest.mark.parametrize(('named', 'text'), [
-    ('.', "is a folder and no table; it holds tables, which are '"),
+    ('.', 'names 2 files, and init takes one, such as'),
+    ('empty', 'is a folder without a table'),
     ('*.csv', 'names 2 files, and init takes one, such as'),
     ('*.parquet', 'no file or folder has a name of this pattern')])
 def test_what_takes_one_table_says_so_of_a_folder_and_of_a_pattern(tmp_path, capsys, named, text):
     for name in 'ab':
         write_csv(tmp_path / f'{name}.csv', table())
+    (tmp_path / 'empty').mkdir()
     assert main(['init', str(tmp_path / named), '-o', str(tmp_path / 'new')]) == 2
     assert text in capsys.readouterr().err
 

@@ -39,6 +39,24 @@ def test_a_mjcf_joint_becomes_a_servo_file_that_says_where_each_value_is_from(tm
     assert '# - end stops' in out.read_text()
 
 
+@pytest.mark.parametrize(('command', 'robot'), [('from-urdf', 'arm.urdf'),
+                                                ('from-mjcf', 'arm.xml')])
+def test_all_joints_of_a_robot_get_a_servo_file_each(tmp_path, capsys, command, robot):
+    folder = tmp_path / 'arm'
+    words = (command, ROBOTS / robot, '-o', folder, '--joint')
+    ratios = ('--ratio', 50, '--ratio', 'elbow=9')
+    assert run(*words, 'all', '--at', 'elbow=0.3', *ratios) == 0
+    ratio = {path.stem: load(path).values['mechanism.ratio'] for path in folder.glob('*.yaml')}
+    assert ratio == {'shoulder': 50.0, 'elbow': 9.0, 'finger': 50.0}
+    assert run(*words, 'shoulder,foot', '--force') == 1
+    assert 'foot is left out' in capsys.readouterr().err
+    for more, said in ((('all', '--ratio', 'hip=4'), "there is no joint 'hip' here"),
+                       (('all', '--ratio', 'many'), "--ratio 'many': it must be a number"),
+                       (('all', '-o', tmp_path / 's.yaml'), 'of several joints -o is a folder')):
+        assert run(*words, *more) == 2
+        assert said in capsys.readouterr().err
+
+
 def test_a_urdf_joint_gets_its_gains_by_flags(tmp_path, capsys):
     out = tmp_path / 'elbow.yaml'
     assert run('from-urdf', ROBOTS / 'arm.urdf', '--joint', 'elbow', '--at', 'finger=0.01',

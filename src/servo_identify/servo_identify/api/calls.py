@@ -15,12 +15,13 @@ from ..data.check import check as check_data
 from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
+from ..data.rows_in_turn import check_turns
 from ..data.several_runs import long_enough, runs_of
 from ..data.split_stamps import with_whole_stamps
 from ..data.table_import import recording_of, with_left_out
 from ..fit.output_error import fit as fit_output_error
 from .frames import in_memory, table_in
-from .recordings import Recordings
+from .recordings import named_apart, Recordings
 from .results import Answer, Checked, Fitted
 from .servo_text import ServoFile
 
@@ -71,6 +72,9 @@ def read(paths: str | Path | Mapping[str, Any] | Iterable[str | Path | Mapping[s
         return Recordings(tuple(_held(paths, machine, mapping, name, family)))
     several: list[Any] = [paths] if isinstance(paths, str | Path) or not isinstance(
         paths, Iterable) else list(paths)
+    if isinstance(paths, Iterable) and not several:
+        raise ValueError('read was given no file and no columns: an empty list, as of a pattern '
+                         'that no file has; give the pattern itself, and it says so')
     if several and all(map(in_memory, several)):
         numbered = {f'{name}_{number}': one for number, one in enumerate(several, 1)}
         return Recordings(tuple(run for called, one in numbered.items()
@@ -93,7 +97,8 @@ def check(data: Sequence[Recording], servo: Machine) -> Checked:
     finding and is true where no finding is red. What is wrong with the recordings is a finding;
     raises TypeError for data that were not read, ServoError for a file that is no servo file.
     """
-    return Checked(check_data(_recordings(data), _machine(servo).servo))
+    several, = named_apart([_recordings(data)])
+    return Checked(check_data(several, _machine(servo).servo))
 
 
 def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
@@ -148,7 +153,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
 
 def _looked_at(*groups: Sequence[Recording]) -> list[list[Recording]]:
     """Return the parts of each group; a recording of two groups has the same parts in both."""
-    listed = [_recordings(data) for data in groups]
+    listed = named_apart([_recordings(data) for data in groups])
     parts = {id(one): looked_at(one) for several in listed for one in several}
     return [[part for one in several for part in parts[id(one)]] for several in listed]
 
@@ -185,9 +190,13 @@ def _held(columns: Mapping[str, Any], machine: ServoFile, mapping: str | Path | 
           family: str) -> list[Recording]:
     """Return the recordings of columns in memory: one, or one for each episode."""
     table = table_in(columns, name)
+    if not table.columns and not table.refused:
+        raise ValueError(f'{name} has no columns: give them by name, such as '
+                         "{'t': ..., 'current': ..., 'load_position': ...}")
     if not all(map(len, table.columns.values())):
         raise ValueError(f'{name} has no rows')
     plan = read_mapping(Path(mapping)) if mapping else None
+    check_turns(table.path, table.columns)
     runs, left = long_enough(runs_of(with_whole_stamps(table)))
     facts = {'family': family} if family else {}
     return with_left_out([recording_of(run, machine.servo, machine.text, facts, plan)

@@ -30,6 +30,7 @@ def table_in(held: Any, name: str) -> Table:
     (samples,); raises ValueError for one of several.
     """
     table = Table(Path(name), {})
+    _check_order(held, name)
     for column, values in _named(held):
         try:
             numbers = _numbers(column, values)
@@ -38,6 +39,10 @@ def table_in(held: Any, name: str) -> Table:
             continue
         if numbers.ndim == 2 and numbers.shape[1] == 1:
             numbers = numbers[:, 0]
+        if numbers.ndim == 0:
+            raise ValueError(f'{name}: {column!r} is one number, and a column has one for each '
+                             'sample; of a list of records make a frame: '
+                             'pandas.DataFrame(records)')
         if numbers.ndim != 1:
             raise ValueError(f'{name}: {column!r} has the shape {numbers.shape}, and a column has '
                              '(samples,): give its parts names of their own, and several tables '
@@ -51,6 +56,19 @@ def table_in(held: Any, name: str) -> Table:
                               "time: where it is, in s, name it: data.rename_axis('t'); else add "
                               'the period times the number of the row')
     return Table(table.path, table.columns, refused=table.refused, begins=table.begins)
+
+
+def _check_order(held: Any, name: str) -> None:
+    """Raise ValueError for Series side by side whose rows stand in another order or at others."""
+    orders = {column: one.index for column, one in held.items()
+              if hasattr(one, 'index') and hasattr(one, 'to_frame')} if (
+                  isinstance(held, Mapping)) else {}
+    first = next(iter(orders), '')
+    for column, order in orders.items():
+        if not order.equals(orders[first]):
+            raise ValueError(f'{name}: {column!r} and {first!r} have rows of another index: put '
+                             'them into one frame, which brings them together: '
+                             'pandas.DataFrame(columns)')
 
 
 def _named(held: Any) -> Iterator[tuple[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, overload
 
 import numpy as np
@@ -99,3 +99,24 @@ class Recordings(Sequence[Recording]):
 
     def _repr_html_(self) -> str:
         return html_table(_HEADINGS, self._rows())
+
+
+def named_apart(groups: Sequence[Sequence[Recording]]) -> list[list[Recording]]:
+    """
+    Return groups of recordings in which each has a name of its own: ``run``, ``run (2)`` ...
+
+    One that is in two groups has one name.
+    """
+    names, taken = dict[int, str](), set[str]()
+    for one in (one for several in groups for one in several):
+        if id(one) in names:
+            continue
+        number, name = 1, one.name
+        while name in taken:
+            number += 1
+            name = f'{one.name} ({number})'
+        names[id(one)] = name
+        taken.add(name)
+    renamed = {id(one): one if names[id(one)] == one.name else replace(one, name=names[id(one)])
+               for several in groups for one in several}
+    return [[renamed[id(one)] for one in several] for several in groups]

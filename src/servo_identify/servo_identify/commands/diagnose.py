@@ -52,7 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help=f'exit status {GAP_THERE} where there is a gap, or an unknown one')
     parser.add_argument('--no-page', action='store_true', help='leave report.html out')
     parser.add_argument('--jobs', type=Path, metavar='RIGS.yaml',
-                        help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each')
+                        help='many machines: name: {servo: FILE, bags: [FILE, ...]} for each, and '
+                        'mapping: FILE where columns have other names')
     parser.add_argument('--cluster', default='', metavar='ADDRESS',
                         help='Dask scheduler for --jobs; left out, processes of this machine')
 
@@ -136,8 +137,8 @@ def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
             progress.update(tasks[stage], completed=share, visible=True)
 
         tick('reading', 0.0)
-        several = [recordings_looked_at(arguments, paths)
-                   for paths in (arguments.bags, arguments.accept, arguments.report)]
+        several = recordings_looked_at(arguments, arguments.bags, arguments.accept,
+                                       arguments.report)
         found = diagnose(several[0], servo, several[1], several[2], tuple(arguments.without),
                          tick, arguments.reach, arguments.despite_check)
         tick(STAGES[-1], 1.0)

@@ -9,27 +9,29 @@ it names the flags that are missing. Values have their unit with them, whichever
   --resistance '350 mohm' --rotor-inertia '32 g cm2' --back-emf '212 rpm/V' --ratio 50
 
 Both files are checked against the recording before they are written.
+
+Of a robot that logs several joints, `--joint all` or `--joint elbow,knee` writes both files of
+each into the folder -o, and rigs.yaml for `servo-identify diagnose --jobs`. In a --column {joint}
+stands for the name of the joint, and a value may be of one: --ratio 50 --ratio 'elbow=100'.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 import shlex
 import sys
-import tempfile
 from typing import TYPE_CHECKING
 
-from servo_twin.commands.terminal import judged_file, say, tell
+from servo_twin.commands.terminal import judged_file, new_folder, say, tell
+from servo_twin.description.joint_names import are_several
 
 from ..data.arguments import one_file
 from ..init.flag_names import TYPES, VALUES
 
 if TYPE_CHECKING:
-    from servo_twin.recording.recording import Recording
-
-    from ..init.machine import Machine
+    from ..init.one_machine import Made, Wanted
+    from ..init.sources import Offered
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('data', type=Path, metavar='DATA',
                         help='table, rosbag2 folder or MCAP; one recording of the machine')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='S.yaml',
-                        help='servo file to write')
+                        help='servo file to write; of several joints the folder for theirs')
     parser.add_argument('--mapping-out', type=Path, metavar='M.yaml',
                         help='mapping file to write (default: S_columns.yaml beside the servo '
                         'file, where the columns have other names or units than ours)')
@@ -50,7 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                               'or motor_position=enc:1/4096 rev, current=raw:2.69 mA; '
                               'load_position=-q turns the sign, t=:2 ms counts rows without '
                               'times; may be repeated')
-    columns.add_argument('--joint', default='', help='which joint, of messages with several')
+    columns.add_argument('--joint', action='append', default=[], metavar='NAME',
+                         help='which joint of several: NAME, NAME,NAME or all')
     columns.add_argument('--si', action='store_true',
                          help='what has no unit in its header is in SI units')
     parts = parser.add_argument_group('the machine')
@@ -66,155 +69,125 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     values = parser.add_argument_group('values, each with its unit')
     for name, kinds in VALUES.items():
         values.add_argument(f'--{name.replace("_", "-")}', metavar="'NUMBER UNIT'",
-                            dest=f'value_{name}', help=f'of {", ".join(kinds)}')
+                            action='append', dest=f'value_{name}', help=f'of {", ".join(kinds)}')
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Ask, check, write; 1 where the recording contradicts what was given."""
-    from servo_twin.description import servo_file
-    from servo_twin.physics.servo import ServoError
-
-    from ..data.check import check
-    from ..data.plausibility import doubt_of_ratio
-    from ..init.asking import choose_columns, complete, not_asked_for, with_command
-    from ..init.files import mapping_text, servo_text, write
-    from ..init.given_columns import given_columns
-    from ..init.joint_choice import choose_joint
-    from ..init.left_out import left_out, other_angles, reasons, remarks
-    from ..init.next_step import next_command, UNUSED, what_it_tells
-    from ..init.noise import noise_of
-    from ..init.proposals import needs_mapping, proposed, sampled_less_often
+    from ..init.next_step import next_command, what_it_tells
+    from ..init.one_machine import draft_of, made_of
     from ..init.sources import offered
-    from ..init.torques import as_currents, complete_drive
-    from ..init.turns import with_counter, with_signs, with_turns
 
     arguments.data = one_file(arguments.data, 'init')
-    for path in (arguments.output, arguments.mapping_out):
+    several = are_several(arguments.joint)
+    for path in (arguments.mapping_out, None if several else arguments.output):
         if path is not None:
             judged_file(path, arguments.force)
+    if several:
+        return _several(arguments, offered(arguments.data))
     ask = None if arguments.no_questions or not sys.stdin.isatty() else _ask
-    of = offered(arguments.data)
-    proposals, given = proposed(of, arguments.joint), given_columns(of, arguments.column)
-    arguments.joint, missing = choose_joint(of, proposals, given, arguments.joint, ask)
-    proposals = proposed(of, arguments.joint)
-    columns, more = choose_columns(of, proposals, given, arguments.si, ask, arguments.linear)
-    machine = _machine(arguments)
-    complete_drive(machine, columns)
-    missing += [*more, *complete(machine, columns, ask)]
-    if missing:
-        units = ['UNIT is one such as V, A, mA, rad, deg, 1/4096 rev (one count of an encoder)']
-        raise ValueError('\n  '.join(['init needs to be told:', *missing, *(
-            units if any(':UNIT' in one for one in missing) else []), *(
-            f'the {section} is {said}' for section, said in machine.chosen.items()), *(
-                [UNUSED] if what_it_tells(columns) == 'the transmission' else []), *(
-                f'left out: {said}' for said in (*not_asked_for(of), *other_angles(
-                    proposals, columns, left_out(of, columns, arguments.joint))))]))
-    columns = with_signs(as_currents(with_command(machine, columns), machine), of)
-    columns = with_counter(columns, of)
-    if arguments.mapping_out is None and needs_mapping(of, columns):
-        arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
-    draft = servo_text(machine, {}, arguments.tolerance)
-    try:
-        asked = doubt_of_ratio(servo_file.loads(draft, str(arguments.output)))
-    except ServoError as problem:
-        raise ValueError(f'{problem}{doubt_of_ratio(machine.servo())}') from None
-    recording, *others = _read(arguments, draft, mapping_text(of, columns))
-    wrapped = with_turns(columns, recording, machine.servo())
-    if wrapped != columns:
-        columns = wrapped
-        if arguments.mapping_out is None:
-            arguments.mapping_out = judged_file(_beside(arguments.output), arguments.force)
-        recording, *others = _read(arguments, draft, mapping_text(of, columns))
-    servo = servo_text(machine, noise_of(recording, machine.servo()), arguments.tolerance)
-    findings = check([recording, *others], servo_file.loads(servo, str(arguments.output)))
-    for column, one in columns.items():
-        turn = f', and wraps around at each {one.wraps:.6g} of them' if one.wraps else ''
-        turn += f', read as unsigned of {one.signed} bit' if one.signed else ''
-        turn += ', which stands for A' if one.was else ''
-        turn += ', with the other sign' if one.negate else ''
-        unit = one.was or one.unit or 'SI units'
-        say(arguments, f'{column:<20} is {one.source!r} in {unit}{turn}' if one.source else
-            f'{column:<20} is counted, {one.every:.6g} s from row to row')
-    rare = sampled_less_often(of, columns)
-    if rare:
-        say(arguments, f'joined               {", ".join(rare)}: sampled less often than other '
-                       'columns; a command is held, an angle or a current interpolated')
-    left = left_out(of, columns, arguments.joint)
-    if left:
-        say(arguments, f'left out             {", ".join(map(repr, left))}')
-    for said in (*reasons(of, left), *remarks(proposals, columns, left)):
-        say(arguments, f'note                 {said}')
-    for section, said in machine.chosen.items():
-        say(arguments, f'{section:<20} is {said}')
-    red = [one for one in findings if one.level == 'red']
-    for one in findings:
-        if one.level == 'red' or one.level != 'green' and not arguments.quiet:
-            print(f'{one.level:5}  {one.sentence}\n       {one.action}')
-    tell(arguments, findings=findings, chosen=machine.chosen, columns={
-        name: {'source': one.source, 'unit': one.unit} for name, one in columns.items()})
-    if red:
-        print(f'nothing was written: correct a --column, its unit or a value{asked}',
+    draft = draft_of(_wanted(arguments), offered(arguments.data), ask)
+    if draft.missing:
+        raise ValueError('\n  '.join(['init needs to be told:', *draft.missing, *draft.remarks]))
+    made = made_of(draft)
+    if made.mapping:
+        judged_file(draft.wanted.beside, arguments.force)
+    say(arguments, *made.lines())
+    _say_findings(arguments, made)
+    tell(arguments, findings=made.findings, chosen=draft.machine.chosen, columns=_columns(made))
+    if made.red:
+        print(f'nothing was written: correct a --column, its unit or a value{made.doubt}',
               file=sys.stderr)
         return 1
-    write(arguments.output, servo)
-    written = [arguments.output]
-    if arguments.mapping_out:
-        write(arguments.mapping_out, mapping_text(of, columns))
-        written.append(arguments.mapping_out)
+    written = _write(made)
     following = shlex.join(next_command(
-        arguments.data, arguments.output, arguments.mapping_out)) if what_it_tells(columns) else (
+        arguments.data, arguments.output, draft.wanted.beside if made.mapping else None)) if (
+        what_it_tells(made.columns)) else (
         'record the command or the current: one encoder without both tells nothing')
     tell(arguments, written=written, next=following)
     say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
     return 0
 
 
-def _read(arguments: argparse.Namespace, servo: str, mapping: str) -> list[Recording]:
-    """Read the recordings by drafts of both files; by its own names where no mapping is needed."""
-    from ..data.reading import read_recordings
+def _several(arguments: argparse.Namespace, of: Offered) -> int:
+    """Write the files of several joints and their jobs; 1 where one contradicts what was given."""
+    from ..init.files import write
+    from ..init.one_machine import draft_of, made_of
+    from ..init.several_joints import JOBS, jobs_text, missing_of_all, of_joint, wanted_joints
 
-    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
-        draft, plan = Path(scratch) / 'servo.yaml', Path(scratch) / 'mapping.yaml'
-        draft.write_text(servo, 'utf8')
-        plan.write_text(mapping, 'utf8')
-        return read_recordings([arguments.data], draft,
-                               plan if arguments.mapping_out else None)
-
-
-def _beside(servo: Path) -> Path:
-    """Return the mapping file of a servo file, where none is named."""
-    return servo.with_name(f'{servo.stem}_columns.yaml')
-
-
-def _machine(arguments: argparse.Namespace) -> Machine:
-    from ..init.machine import flags, Machine
-
-    name = arguments.name or arguments.output.stem
-    machine = Machine(name, arguments.linear, {
-        section: kind for section in TYPES if (kind := getattr(arguments, section))})
-    if 'mechanism' not in machine.parts and _given(arguments, ('stiffness', 'damping')):
-        machine.parts['mechanism'] = 'two_inertia'
-    # the ratio first: it says in which units the motor of a linear axis is
-    for value, owners in sorted(flags().items(), key=lambda item: item[0] != 'ratio'):
-        text = getattr(arguments, f'value_{value}')
-        if text is None:
+    folder = arguments.output
+    if arguments.mapping_out is not None or folder.suffix in ('.yaml', '.yml'):
+        raise ValueError(f'of several joints -o is a folder, not {folder}, into which servo file '
+                         'and mapping of each are written; --mapping-out is of one joint')
+    joints = wanted_joints(of, arguments.joint)
+    values = {name: texts for name in VALUES if (texts := getattr(arguments, f'value_{name}'))}
+    drafts = [draft_of(of_joint(_wanted(arguments), joint, joints, values), of, None)
+              for joint in joints]
+    new_folder(folder, arguments.force, JOBS,
+               *(path.name for one in drafts for path in (one.wanted.output, one.wanted.beside)))
+    missing = missing_of_all(drafts)
+    if missing:
+        raise ValueError('\n  '.join([f'init needs to be told of {", ".join(joints)}:', *missing]))
+    written, kept, told = list[Path](), list['Made'](), dict[str, object]()
+    for draft in drafts:
+        joint = draft.wanted.joint
+        try:
+            made = made_of(draft)
+        except ValueError as problem:
+            print(f'{joint}: {problem}', file=sys.stderr)
+            told[joint] = {'error': str(problem)}
             continue
-        sections = dict.fromkeys(section for section, kind in owners
-                                 if machine.parts.get(section, kind) == kind)
-        if not sections:
-            kinds = ', '.join(kind for _, kind in owners)
-            raise ValueError(f'--{value.replace("_", "-")} is of {kinds}, which this machine is '
-                             'not')
-        for section in sections:
-            if section in machine.parts:
-                machine.give(f'{section}.{value}', text)
-            else:
-                machine.texts[f'{section}.{value}'] = text
-    return machine
+        say(arguments, f'{joint}:', *(f'  {one}' for one in made.lines()
+                                      if not one.startswith('left out')))
+        _say_findings(arguments, made)
+        told[joint] = {'findings': made.findings, 'columns': _columns(made)}
+        if not made.red:
+            kept.append(made)
+            written += _write(made)
+    left = [one.wanted.joint for one in drafts if one not in [made.draft for made in kept]]
+    if left:
+        print(f'nothing was written of {", ".join(left)}, for the reasons above', file=sys.stderr)
+    if kept:
+        write(folder / JOBS, jobs_text(folder, kept))
+        written.append(folder / JOBS)
+        following = shlex.join(['servo-identify', 'diagnose', '--jobs', str(folder / JOBS), '-o',
+                                'answers'])
+        tell(arguments, next=following)
+        say(arguments, f'written: {", ".join(map(str, written))}', f'next:    {following}')
+    tell(arguments, joints=told, written=written, left_out=left)
+    return int(bool(left))
 
 
-def _given(arguments: argparse.Namespace, names: Sequence[str]) -> bool:
-    return any(getattr(arguments, f'value_{name}') is not None for name in names)
+def _columns(made: Made) -> dict[str, dict[str, str]]:
+    return {name: {'source': one.source, 'unit': one.unit} for name, one in made.columns.items()}
+
+
+def _write(made: Made) -> list[Path]:
+    """Write both files and return their paths."""
+    from ..init.files import write
+
+    wanted = made.draft.wanted
+    files = {wanted.output: made.servo} | ({wanted.beside: made.mapping} if made.mapping else {})
+    for path, text in files.items():
+        write(path, text)
+    return [*files]
+
+
+def _say_findings(arguments: argparse.Namespace, made: Made) -> None:
+    for one in made.findings:
+        if one.level == 'red' or one.level != 'green' and not arguments.quiet:
+            print(f'{one.level:5}  {one.sentence}\n       {one.action}')
+
+
+def _wanted(arguments: argparse.Namespace) -> Wanted:
+    from ..init.one_machine import Wanted
+
+    values = {name: texts[-1] for name in VALUES
+              if (texts := getattr(arguments, f'value_{name}'))}
+    parts = {section: kind for section in TYPES if (kind := getattr(arguments, section))}
+    return Wanted(arguments.name or arguments.output.stem, arguments.output,
+                  arguments.mapping_out, (arguments.joint or [''])[-1], tuple(arguments.column),
+                  parts, values, arguments.si, arguments.linear, arguments.tolerance)
 
 
 def _ask(question: str, default: str) -> str:

@@ -50,18 +50,24 @@ def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None
 def opened(arguments: argparse.Namespace, stack: ExitStack,
            paths: Iterable[str | Path] | None = None) -> list[Long]:
     """Return the recordings named as of :func:`recordings`, of any length, open in the stack."""
-    from .reading import files_of, open_all
+    from .reading import called, open_all
     several = arguments.bags if paths is None else paths
-    return [one for path in files_of(several)
+    return [one for path, name in called(several, arguments.mapping).items()
             for one in stack.enter_context(open_all(path, getattr(arguments, 'servo', None),
-                                                    arguments.mapping, arguments.namespace))]
+                                                    arguments.mapping, arguments.namespace, name))]
 
 
-def recordings_looked_at(arguments: argparse.Namespace, paths: Iterable[str | Path]
-                         ) -> list[Recording]:
-    """Return the recordings of paths, of those that are too long to be held parts alone."""
+def recordings_looked_at(arguments: argparse.Namespace, *groups: Iterable[str | Path]
+                         ) -> list[list[Recording]]:
+    """
+    Return the recordings of each group of paths, of those that are too long to be held parts.
+
+    Two of one name are told apart, also where they are of two groups.
+    """
     from .reading import read_looked_at
-    return read_looked_at(paths, arguments.servo, arguments.mapping, arguments.namespace)
+    every = [path for paths in groups for path in paths]
+    return [read_looked_at(paths, arguments.servo, arguments.mapping, arguments.namespace, every)
+            for paths in groups]
 
 
 def one_file(path: Path, command: str) -> Path:
@@ -69,7 +75,7 @@ def one_file(path: Path, command: str) -> Path:
     found = files([path])
     if len(found) > 1:
         raise ValueError(f'{path} names {len(found)} files, and {command} takes one, such as '
-                         f'{found[0]}; import, check, fit and diagnose take the pattern as it is')
+                         f'{found[0]}; import, check, fit and diagnose take all of them')
     return found[0]
 
 
@@ -80,41 +86,26 @@ def tables_of(paths: Iterable[str | Path]) -> list[Path]:
     Raises FileNotFoundError for what is not there, ValueError for a folder without a table.
     """
     from .listing import LISTING
-    from .message_files import holds_messages
+    from .named_files import is_folder
     from .tables import SUFFIXES
 
-    found = list[Path]()
-    for path in files(paths):
-        if not path.is_dir() or holds_messages(path):
-            if path.name != LISTING:  # as a shell has it among all files of a folder
-                found.append(path)
-            continue
-        held = sorted(one for one in path.iterdir() if one.suffix.lower() in SUFFIXES
-                      and one.is_file())
-        if not held:
-            raise ValueError(f'{path} is a folder without a table; known are {list(SUFFIXES)}. '
-                             'Bags in it are named by a pattern')
-        found += held
-    return list(dict.fromkeys(found))
+    # a shell has the listing among all files of a folder
+    found = [path for path in files(paths) if path.name != LISTING]
+    empty = next((path for path in found if is_folder(path)), None)
+    if empty:
+        raise ValueError(f'{empty} is a folder without a table; known are {list(SUFFIXES)}, also '
+                         'packed (.csv.gz)')
+    return found
 
 
 def names_of(paths: Sequence[Path]) -> list[str]:
-    """
-    Return a name for each of several files: its own without the suffix.
-
-    Where two are alike the suffix tells them apart, or else the folder: ``a_run`` and ``b_run`` of
-    a/run.csv and b/run.csv.
-    """
-    names = [path.stem for path in paths]
-    for longer in (lambda path: path.name.replace('.', '_'),
-                   lambda path: f'{path.absolute().parent.name}_{path.stem}',
-                   lambda path: '_'.join(path.absolute().parts[1:]).replace('.', '_')):
-        names = [longer(path) if names.count(name) > 1 else name
-                 for path, name in zip(paths, names, strict=True)]
-    return names
+    """Return a name for the bag of each of several files; of two alike each gets its folder."""
+    from .named_files import names_apart
+    from .packed import stem_of
+    return names_apart(paths, [stem_of(path) for path in paths])
 
 
 def files(paths: Iterable[str | Path]) -> list[Path]:
     """Return the files that paths and patterns name; raises FileNotFoundError."""
-    from .reading import files_of
+    from .named_files import files_of
     return files_of(paths)

@@ -166,6 +166,11 @@ def is_no_angle(source: str) -> bool:
         _words(split(source)[0]) & (SPEED | _SUPPLY | _NEITHER | _COUNTED))
 
 
+def is_speed(source: str) -> bool:
+    """Tell whether a name says that a source is a speed."""
+    return bool(_words(split(source)[0]) & SPEED)
+
+
 def is_share(source: str) -> bool:
     """Tell whether a command is a share of the supply by its name: a duty, or counts of a PWM."""
     return bool(_words(split(source)[0]) & {'pwm', 'duty'})

@@ -20,8 +20,12 @@ TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 
 _LAST = 50  # lines at the end of these, by which the columns are told
 _BLANKS = ' '  # any number of them parts columns
+_OF_R = _BLANKS + '\t'
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
 MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
+_QUOTED = re.compile('"([^"]*)"')
+_UNIT_BEHIND = re.compile(r'(?<=\S)[ \t]+([\[(][^\[\]()\d]*[\])])(?=\s|$)')
+"""A unit in brackets that a blank parts from its name: u [V], torque [N m]."""
 _TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
 """What a column is called that has one of these units and no name."""
 
@@ -80,11 +84,18 @@ class _Columns:
         return 2 * known >= max(1, len(told)) and (not first or is_number(first))
 
     def header(self, line: str) -> list[str]:
-        """Return what a line above the rows says of each column; [] where it is none of that."""
+        """
+        Return what a line above the rows says of each column; [] where it is none of that.
+
+        R and pandas leave out the name of the first column, where it numbers the rows.
+        """
         cells = self.cells(line)
         while cells and not cells[-1]:
             del cells[-1]
         lacking = self.count - len(cells)
+        if lacking == 1 and self.count - 1 in self.numbers and self.delimiter in _OF_R and all(
+                cells) and any(map(looks_like, cells)):
+            return ['', *cells]
         if lacking > 1 or lacking == 1 and self.count - 1 in self.numbers:
             return []
         return cells + [''] * lacking
@@ -135,7 +146,10 @@ def layout_of(path: Path) -> Layout:
 def cells_of(line: str, delimiter: str) -> list[str]:
     """Return the cells of a line, without the blanks around them."""
     if delimiter == _BLANKS:
-        return line.split()
+        whole = _QUOTED.sub(lambda cell: cell[1].replace(' ', '\0'), line)
+        if '[' in whole or '(' in whole:
+            whole = _UNIT_BEHIND.sub(lambda unit: '\0' + unit[1].replace(' ', '\0'), whole)
+        return [cell.replace('\0', ' ') for cell in whole.split()]
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
 
 

@@ -16,6 +16,9 @@ _LABELLED = re.compile(r'\s*[A-Za-z]\w*: *[-+.\de]+(?:[,;\t ]+[A-Za-z]\w*: *[-+.
 """A line as the plotter of Arduino reads it: u:1.00,i:0.1."""
 _IN_CELLS = re.compile(r'(?!\s*"?0x)\s*"?[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)? ?[^\W\d_]\w*"?\s*')
 """A number with its unit in one cell: 2.65 V."""
+_LOOKED_AT = 40  # lines, by which a print of messages is told
+_FIELD = re.compile(r'-?-?-|\}|(?:- )*[A-Za-z_]\w*(?: ?\{|:(?: .*|$))|- .+|\.\.\.')
+"""A line of a message that was printed: a field and its value, the end of one, an element."""
 _NOTHING = ('', '(None)', 'None')
 LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 """Counts of 100 ns since 1601 (FILETIME) from 1917 to 2234, and nothing else that a rig has."""
@@ -109,6 +112,9 @@ def refuse_logs(path: Path, lines: Sequence[str]) -> None:
         raise ValueError(f'{path} is a log of CAN frames, whose bytes are no columns: decode it '
                          'by the DBC of the drive into a table with a column for each signal, as '
                          'by can.LogReader and cantools (Database.decode_message)')
+    if _is_print(lines):
+        raise ValueError(f'{path} is a print of messages, as `ros2 topic echo` and `gz topic` '
+                         'make it: record a bag of the topics (`ros2 bag record`), and give that')
     if last and all(map(_LABELLED.fullmatch, last)):
         raise ValueError(f'{path} has a name before each number, as {last[-1].strip()!r}: write '
                          'the names once, in a line above the numbers, and numbers alone below '
@@ -116,6 +122,14 @@ def refuse_logs(path: Path, lines: Sequence[str]) -> None:
     if last and any(_has_units(last, sign) for sign in ',;\t'):
         raise ValueError(f'{path} has a unit behind each number, as {last[-1].strip()!r}: write '
                          'numbers alone, and the unit once behind the name: current [mA]')
+
+
+def _is_print(lines: Sequence[str]) -> bool:
+    """Tell whether lines are fields of messages, one below the other, in braces or indented."""
+    shown = [line.strip() for line in lines[:_LOOKED_AT]]
+    fields = [bool(_FIELD.fullmatch(line)) for line in shown]
+    return len(shown) > 5 and all(fields) and any(
+        line.endswith((':', '{')) for line in shown)
 
 
 def _has_units(lines: Sequence[str], sign: str) -> bool:

@@ -7,6 +7,8 @@ from typing import Any
 
 import yaml
 
+from .packed import stem_of
+
 LISTING = 'recordings.yaml'
 
 
@@ -26,7 +28,8 @@ def beside(path: Path) -> dict[str, Any]:
                    if isinstance(entry, dict)}
     if not isinstance(content, dict):
         raise ValueError(f'{listing}: give {{file name: {{family: ..., replicate: ...}}}}')
-    entry = content.get(path.name, content.get(path.stem, {}))
+    entry = next((content[name] for name in (path.name, path.stem, stem_of(path))
+                  if name in content), {})
     if not isinstance(entry, dict):
         raise ValueError(f'{listing}: {path.name}: {entry!r} is not '
                          '{family: ..., replicate: ...}')

@@ -19,13 +19,17 @@ import numpy as np
 
 _SECONDS = 120.0  # for the largest file that one would keep as MAT
 _BYTES = 8 << 30  # of memory: a damaged length may ask for any
-_NO_NUMBERS = {'MATLAB_empty', 'MATLAB_object_decode'}  # of an object they are where it is kept
+_NO_NUMBERS = {'MATLAB_empty'}
+_OPAQUE = ('s0', 's1', 's2', 'arr')  # what scipy has of an object: its name, and its class as s2
+_OBJECT = 'class'  # in place of the numbers of an object stands its class
 _HDF5 = b'\x89HDF\r\n\x1a\n'  # how such a file begins
 
 
-def load_mat(path: Path) -> dict[str, Any]:
+def load_mat(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """
     Return the variables of a MAT or HDF5 file that are numbers, texts or arrays of them.
+
+    Beside them are its objects, which MATLAB alone reads, with their classes.
 
     Arrays lose axes of length one, the fields of a structure or group ``s`` are ``s.field``, and
     the elements of a list of structures ``s[0].field``. An attribute ``unit`` of HDF5 stands
@@ -49,7 +53,10 @@ def load_mat(path: Path) -> dict[str, Any]:
         raise ValueError(f'{path} is no {kind} file: {why}')
     with np.load(io.BytesIO(ran.stdout), allow_pickle=False) as found:
         arrays = {name.removeprefix('v_'): found[name] for name in found.files}
-    return {name: value.item() if value.ndim == 0 else value for name, value in arrays.items()}
+    objects = {name: value[_OBJECT].item().decode() for name, value in arrays.items()
+               if value.dtype.names == (_OBJECT,)}
+    return {name: value.item() if value.ndim == 0 else value for name, value in arrays.items()
+            if name not in objects}, objects
 
 
 def _is_hdf5(path: str | Path) -> bool:
@@ -69,7 +76,7 @@ def _write(path: str) -> int:
         return 2
     memory = io.BytesIO()
     np.savez(memory, **{f'v_{name}': value for name, value in found.items()
-                        if value.dtype.kind in 'fiubcU'})
+                        if value.dtype.kind in 'fiubcU' or value.dtype.names == (_OBJECT,)})
     sys.stdout.buffer.write(memory.getvalue())
     return 0
 
@@ -79,7 +86,13 @@ def _of_mat(path: str) -> Iterator[tuple[str, np.ndarray]]:
 
     for name, value in loadmat(path, squeeze_me=True).items():
         if isinstance(name, str) and not name.startswith('__'):
-            yield from _leaves(name, value)
+            yield from leaves(name, value)
+
+
+def _object(name: str, kind: Any) -> tuple[str, np.ndarray]:
+    """Return the name of an object, and its class in place of numbers."""
+    text = kind if isinstance(kind, bytes) else str(kind).encode()
+    return name, np.array((text,), [(_OBJECT, f'S{len(text) or 1}')])
 
 
 def _of_hdf5(path: str) -> Iterator[tuple[str, np.ndarray]]:
@@ -101,6 +114,8 @@ def _of_hdf5(path: str) -> Iterator[tuple[str, np.ndarray]]:
             elif isinstance(one, h5py.Dataset) and h5py.check_ref_dtype(one.dtype):
                 for k, target in enumerate(_referred(file, one)):
                     yield from of_element((*path_to, one), f'{above}{name}[{k}]', target)
+            elif isinstance(one, h5py.Dataset) and 'MATLAB_object_decode' in one.attrs:
+                yield _object(above + name, one.attrs.get('MATLAB_class', b'object'))
             elif isinstance(one, h5py.Dataset) and one.shape and not (
                     one.is_virtual or one.external or _NO_NUMBERS & {*one.attrs}):
                 yield from _of_dataset(above + name, one)
@@ -162,7 +177,7 @@ def _of_dataset(name: str, one: Any) -> Iterator[tuple[str, np.ndarray]]:
         yield from ((f'{name}.{field}', np.squeeze(one[field])) for field in one.dtype.names)
 
 
-def _leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
+def leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     """
     Yield (path, array) of a variable; a structure yields ``name.field`` for each field.
 
@@ -170,17 +185,22 @@ def _leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     each is a structure with a label of its own.
     """
     array = np.asarray(value)
+    if array.dtype.names == _OPAQUE and array.size == 1:
+        held = array.ravel()[0]
+        own = held['s0'].decode() if isinstance(held['s0'], bytes) else str(held['s0'])
+        yield _object(own or name, held['s2'])
+        return
     listed = array.dtype.names or array.dtype.kind == 'O'
     if not listed:
         yield name, array
     elif array.ndim == 0 and array.dtype.names:
         for field in array.dtype.names:
-            yield from _leaves(f'{name}.{field}', array[field].item())
+            yield from leaves(f'{name}.{field}', array[field].item())
     elif array.ndim == 1:
         labels = [_label(one) for one in array]
         own = all(labels) and len(set(labels)) == len(labels)
         for k, one in enumerate(array):
-            yield from _leaves(f'{name}[{labels[k] if own else k}]', one)
+            yield from leaves(f'{name}[{labels[k] if own else k}]', one)
 
 
 def _label(value: Any) -> str:

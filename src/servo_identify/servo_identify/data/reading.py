@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, ExitStack
-from glob import glob, has_magic
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
 from servo_twin.bag import BagError, open_recording, read_recording
 from servo_twin.recording.recording import Recording
 
-from .listing import LISTING
 from .long_bags import all_of, Long, looked_at
 from .mapping import read_mapping
 from .message_files import holds_messages, opened
+from .named_files import files_of, held_in, is_folder, names_apart
+from .packed import stem_of
 from .table_import import import_tables
-from .tables import SUFFIXES
 
 One = TypeVar('One', Recording, Long)
 
@@ -32,7 +32,20 @@ def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None
     against each other. ``namespace`` picks one rig of a bag with several. Raises ValueError (of a
     bag BagError) or OSError, which name the file; all are looked for before one is read.
     """
-    return [one for path in files_of(paths) for one in _read(path, servo, mapping, namespace)]
+    return [one for path, name in called(paths, mapping).items()
+            for one in _read(path, servo, mapping, namespace, name)]
+
+
+def called(paths: Iterable[str | Path], mapping: str | Path | None = None) -> dict[Path, str]:
+    """
+    Return the files that paths, patterns and folders name, with a name of its own for each.
+
+    Of two recordings of one name, a/run.csv and b/run.csv, answers would mix what is of which.
+    Raises as :func:`.named_files.files_of` does.
+    """
+    found = files_of(paths)
+    own = [stem_of(path) if _to_import(path, mapping) else path.name for path in found]
+    return dict(zip(found, names_apart(found, own), strict=True))
 
 
 def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
@@ -45,51 +58,25 @@ def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
     :func:`read_recordings`.
     """
     found = []
-    for path in files_of(paths):
-        with open_all(path, servo, mapping, namespace) as several:
+    for path, name in called(paths, mapping).items():
+        with open_all(path, servo, mapping, namespace, name) as several:
             found += map(all_of, several)
     return found
 
 
-def files_of(paths: Iterable[str | Path]) -> list[Path]:
-    """
-    Return the files that paths and patterns name, each once.
-
-    Raises FileNotFoundError for what is not there, ValueError for a pipe.
-    """
-    found = [*dict.fromkeys(path for named in paths for path in _matching(str(named)))]
-    for path in found:
-        if not path.exists():
-            raise FileNotFoundError(f'{path} does not exist; give a bag, an MCAP file, or a table '
-                                    f'({", ".join(SUFFIXES)})')
-        if not path.is_file() and not path.is_dir():
-            raise ValueError(f'{path} is a pipe or a device, which can be read once: write what '
-                             'comes from it to a file, and give that')
-    return found
-
-
-def _matching(named: str) -> list[Path]:
-    path = Path(named).expanduser()
-    if path.exists() or not has_magic(named):
-        return [path]
-    found = sorted(Path(one) for one in glob(str(path)) if Path(one).name != LISTING)
-    if not found:
-        raise FileNotFoundError(f'{named}: no file or folder has a name of this pattern')
-    return found
-
-
 def read_looked_at(paths: Iterable[str | Path], servo: str | Path | None = None,
-                   mapping: str | Path | None = None, namespace: str | None = None
-                   ) -> list[Recording]:
+                   mapping: str | Path | None = None, namespace: str | None = None,
+                   beside: Iterable[str | Path] = ()) -> list[Recording]:
     """
     Return the recordings that paths and patterns name, of long ones parts alone.
 
-    Which, :func:`.long_bags.looked_at` says. Arguments and errors are those of
-    :func:`read_recordings`.
+    Which, :func:`.long_bags.looked_at` says. ``beside`` are paths of others, from which their
+    names are to differ. Arguments and errors are those of :func:`read_recordings`.
     """
-    found = []
-    for path in files_of(paths):
-        with open_all(path, servo, mapping, namespace) as several:
+    mine, found = files_of(paths), []
+    names = called([*mine, *beside], mapping)
+    for path in mine:
+        with open_all(path, servo, mapping, namespace, names[path]) as several:
             found += [part for one in several for part in looked_at(one)]
     return found
 
@@ -101,11 +88,18 @@ def read_one(path: Path, servo: str | Path | None = None, mapping: str | Path | 
 
 
 def _read(path: Path, servo: str | Path | None, mapping: str | Path | None,
-          namespace: str | None) -> list[Recording]:
+          namespace: str | None, name: str = '') -> list[Recording]:
     if _to_import(path, mapping):
-        return import_tables(path, _path(servo), mapping=_path(mapping))
+        return _imported(path, servo, mapping, name)
     with _known(path):
-        return [read_recording(path, namespace)]
+        return [replace(read_recording(path, namespace), name=name or path.name)]
+
+
+def _imported(path: Path, servo: str | Path | None, mapping: str | Path | None, name: str
+              ) -> list[Recording]:
+    """Return the recordings of a table under its name, behind which that of a run may stand."""
+    return [replace(one, name=name + one.name.removeprefix(stem_of(path))) if name else one
+            for one in import_tables(path, _path(servo), mapping=_path(mapping))]
 
 
 def _single(path: Path, several: list[One]) -> One:
@@ -126,18 +120,21 @@ def open_one(path: Path, servo: str | Path | None = None, mapping: str | Path | 
 
 @contextmanager
 def open_all(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
-             namespace: str | None = None) -> Iterator[list[Long]]:
+             namespace: str | None = None, name: str = '') -> Iterator[list[Long]]:
     """
     Open the recordings of one path, of any length; raises as :func:`read_recordings` does.
 
-    A bag holds one; a table may hold several, as the episodes of LeRobot.
+    A bag holds one; a table may hold several, as the episodes of LeRobot. ``name`` is what it is
+    called where that is not the name of its file.
     """
     if _to_import(path, mapping):
-        yield [*import_tables(path, _path(servo), mapping=_path(mapping))]
+        yield [*_imported(path, servo, mapping, name)]
         return
     with ExitStack() as opened:
         with _known(path):
             bag = opened.enter_context(open_recording(path, namespace))
+        if name:
+            bag.rename(name)
         yield [bag]
 
 
@@ -158,6 +155,11 @@ def _known(path: Path) -> Iterator[None]:
     try:
         yield
     except BagError as problem:
+        if is_folder(path):
+            below = sorted(one for one in path.iterdir() if held_in(one) or holds_messages(one))
+            raise BagError(f'{path} is a folder without a bag or a table' + (
+                f'; those of the folders below are named by them, such as {below[0]}'
+                if below else '')) from None
         strangers = _strangers(path)
         if strangers:
             raise BagError(f'{path} is no bag of this project: its topics are {strangers}. A '

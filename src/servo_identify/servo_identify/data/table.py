@@ -16,6 +16,7 @@ from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .long_form import check_wide
 from .number_texts import plain, without_groups
+from .rows_in_turn import check_turns
 from .run_labels import numbered
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
@@ -24,6 +25,12 @@ _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the
           '1081,6 where semicolons or tabs part the columns')
 """Why a number with a comma or an apostrophe is none."""
 _AGAIN = '; the line of names stands there again: a second recording begins, cut the file there'
+LONGEST = 40
+"""Letters of a cell that a message shows."""
+_BASE_16 = re.compile('[0-9A-Fa-f]{1,16}|')
+_HEX = '; are these hexadecimal? Write them as decimal numbers, or with 0x in front'
+_LISTED = ('; each cell holds a list: make a file of each record, or columns of its lists, such '
+           'as pandas.DataFrame(record).to_csv(NAME)')
 _EMPTY = '; leave the cell empty where nothing was measured'
 _ARROW = ' -> '
 _SERIAL = ('; the monitor of a serial port wrote its own stamps in front: cut all up to '
@@ -117,8 +124,9 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
                 table.refused[name] = str(problem)
             else:
                 table.columns[name] = runs
-    check_wide(table.path, table.columns, {name: values for name, values in texts.items()
-                                           if name in table.refused})
+    labels = {name: values for name, values in texts.items() if name in table.refused}
+    check_wide(table.path, table.columns, labels)
+    check_turns(table.path, table.columns, labels)
     return table
 
 
@@ -134,7 +142,10 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
             shown = str(values[at])
             why = _AGAIN if shown.strip() == name else _SERIAL if _ARROW in shown else (
                 _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else
-                _EMPTY if shown.startswith('#') else '')
+                _EMPTY if shown.startswith('#') else
+                _LISTED if isinstance(values[at], list | dict) else
+                _HEX if all(_BASE_16.fullmatch(str(one).strip()) for one in values) else '')
+            shown = shown if len(shown) <= LONGEST else f'{shown[:LONGEST]} ...'
             raise ValueError(f'{path}: column {name!r} has {shown!r} in row {at + 1}, which '
                              f'is no number{why}') from None
     return column

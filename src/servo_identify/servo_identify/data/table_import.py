@@ -23,6 +23,7 @@ from .mapping import Mapping as ColumnMapping
 from .mapping import read_mapping
 from .message_files import holds_messages
 from .messages import read_messages
+from .packed import stem_of
 from .plausibility import check_angles
 from .raw_encoder import check_counts
 from .several_runs import long_enough
@@ -94,7 +95,7 @@ def import_runs(path: Path, servo: Path | None, *, mapping: Path | None = None,
         facts = (plan.describe(table) if plan else {}) | beside(path) | given
         if facts.get('replicate'):
             facts['replicate'] += number
-        facts |= beside(path.with_name(f'{path.stem}_{table.run}')) if table.run else {}
+        facts |= beside(path.with_name(f'{stem_of(path)}_{table.run}')) if table.run else {}
         found.append(recording_of(table, machine, text, facts, plan, period))
     return found, left
 
@@ -155,7 +156,7 @@ def described(path: Path, machine: Servo | None, servo_text: str, facts: Mapping
     if not 0 <= facts.get('replicate', 0) < 2**32:
         raise ValueError(f'replicate = {facts["replicate"]}, it must be 0 (not said) or more')
     facts['note'] = '\n'.join([facts.get('note', ''), *told, *warnings]).strip()
-    return Recording(path.stem, step, columns, start=max(start, 0.0),
+    return Recording(stem_of(path), step, columns, start=max(start, 0.0),
                      servo=machine.name if machine else '', servo_file=servo_text,
                      warnings=tuple(warnings), **facts)
 
@@ -202,9 +203,10 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
     """Raise ValueError for columns that make no recording; say what is missing in them."""
     have = [name for name, count in seen.finite.items() if count]
     if 't' not in have:
-        raise ValueError(f'{path} has no column t; it has {headers}. '
-                         'Which is which, a mapping file says (--mapping); `servo-identify init '
-                         f'{path} -o S.yaml` writes one')
+        raise ValueError(f'{path} has no column t; it has {headers}. ' + (
+            'Which is which, a mapping file says (--mapping); `servo-identify init '
+            f'{path} -o S.yaml` writes one' if path.exists() else
+            "The time in s is 't'; columns with other names need a mapping file (mapping=)"))
     if 'motor_position' not in have and 'load_position' not in have:
         empty = [name for name in ('motor_position', 'load_position') if name in seen.finite]
         raise ValueError(f'{path}: no number stands in {" or ".join(empty)}' if empty else

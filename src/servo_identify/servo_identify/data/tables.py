@@ -16,9 +16,11 @@ from .json_file import flat, LINES, read_json
 from .json_shapes import table_of
 from .lerobot import named_parts
 from .mat_file import load_mat
+from .matlab_objects import what_to_type
 from .numpy_file import load_numpy
-from .packed import inner_suffix, read_packed
+from .packed import inner_suffix, PACKED, read_packed
 from .rows_in_time import on_one_timeline
+from .rows_in_turn import check_turns
 from .several_runs import cut_before, goes_on, groups_of, runs_of
 from .split_stamps import with_whole_stamps
 from .spreadsheet import sheet_text
@@ -29,6 +31,9 @@ _HDF5 = ('.h5', '.hdf5')
 _SHEETS = ('.xlsx', '.xlsm')
 _ELSEWHERE = {
     **dict.fromkeys(('.xls', '.xlsb', '.ods'), 'save the sheet as XLSX or CSV'),
+    **dict.fromkeys(('.trc', '.blf'), 'its CAN frames are bytes: decode them by the DBC of the '
+                    'drive into a table, as by can.LogReader and cantools '
+                    '(Database.decode_message)'),
     '.tdms': 'export it as CSV, or with nptdms: '
              'TdmsFile.read(FILE).as_dataframe(time_index=True).to_csv(NEW)',
     **dict.fromkeys(('.mf4', '.mdf'), 'export it as CSV, or with asammdf: '
@@ -37,7 +42,7 @@ _ELSEWHERE = {
     **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
     **dict.fromkeys(('.pkl', '.pickle', '.p', '.joblib', '.pt', '.pth'), 'a pickle may run code '
                     'and is not read: save the frame as Parquet or CSV, arrays by numpy.savez'),
-    **dict.fromkeys(('.gz', '.bz2', '.xz', '.zst', '.zip', '.7z', '.tar'), 'unpack it first')}
+    **dict.fromkeys((*PACKED, '.zip', '.7z', '.tar', '.tgz'), 'unpack it first')}
 """Kinds of files that are not read, and what to do about each."""
 
 _ARROWS = ('.feather', '.arrow', '.arrows', '.ipc')
@@ -63,19 +68,16 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     """
     Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON; a table each run.
 
-    Each may be packed by gzip, bzip2 or zstd (``run.csv.gz``). ``rows`` names the list of records
-    in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the columns
-    of a text file that has no line of names. The columns of an array of two dimensions are called
-    ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
+    Each may be packed by gzip, bzip2, zstd or xz (``run.csv.gz``). ``rows`` names the list of
+    records in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the
+    columns of a text file that has no line of names. The columns of an array of two dimensions are
+    called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
     another suffix, a file that does not parse, text among numbers and columns of unequal length,
     OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
-        ends = sorted({one.suffix for one in path.iterdir() if one.suffix.lower() in SUFFIXES})
-        raise ValueError(f'{path} is a folder and no table; ' + (
-            'it holds tables, which are ' + ' and '.join(f"'{path}/*{end}'" for end in ends)
-            if ends else 'name a file in it'))
+        raise ValueError(f'{path} is a folder without a table; name a file')
     if path.is_file() and inner_suffix(path) in SUFFIXES:
         return read_packed(path, lambda inner: read_tables(inner, rows, names))
     if suffix in _ELSEWHERE and path.exists():
@@ -102,6 +104,7 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     for table in tables:
         if not (table.columns or table.refused) or not all(map(len, table.columns.values())):
             raise ValueError(f'{path} has no rows')
+        check_turns(path, table.columns)
     return [run for table in tables for run in runs_of(with_whole_stamps(table))]
 
 
@@ -193,14 +196,13 @@ def _feather(path: Path) -> Table:
 
 
 def _mat(path: Path) -> list[Table]:
-    found = load_mat(path)
+    found, objects = load_mat(path)
+    refused = {name: what_to_type(path, name, kind) for name, kind in objects.items()}
     if not any(np.ndim(value) for value in found.values()):
-        raise ValueError(f'{path} holds no array of numbers. Objects of MATLAB (timeseries, '
-                         'table) have to be saved as arrays or structures: t = log.Time; u = '
-                         'log.Data')
+        raise ValueError(next(iter(refused.values()), f'{path} holds no array of numbers'))
     arrays = {name: value for name, value in found.items()
               if isinstance(name, str) and not name.startswith('__')}
-    return _of_arrays(path, arrays, {})
+    return _of_arrays(path, arrays, refused)
 
 
 def _json(path: Path, rows: str) -> list[Table]:

@@ -9,7 +9,8 @@ _UNITS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
 WORDS = {'ms': 'milliseconds', 'us': 'microseconds', 'ns': 'nanoseconds', 'days': 'days',
          '100 ns': 'steps of 100 ns (FILETIME)'}
 _SINCE_1970 = (6e8, 4e9)  # s, from 1989 to 2096
-_SERIAL_DAYS = (2e4, 1e5)  # since 1900, of a spreadsheet: from 1954 to 2173
+_SERIAL_DAYS = ((2e4, 1e5), (7e5, 8e5), (2.43e6, 2.5e6))
+"""Days since 1900 (spreadsheets), since 0 (datenum of MATLAB) and of Julian dates, in our time."""
 
 
 def unit_of_times(step: float, start: float = 0.0) -> str:
@@ -17,7 +18,7 @@ def unit_of_times(step: float, start: float = 0.0) -> str:
     Return the unit in which times make a period of a servo (20 us to 0.2 s), or ''.
 
     ``step`` is the period and ``start`` the first time, in that unit. Days are those of a
-    spreadsheet, which counts them since 1900, and steps of 100 ns since 1601 those of Windows.
+    spreadsheet, of MATLAB or of Julian dates, and steps of 100 ns since 1601 those of Windows.
     Of two units that can be the larger is returned.
     """
     if LEAST_STAMP < start < MOST_STAMP:
@@ -25,8 +26,8 @@ def unit_of_times(step: float, start: float = 0.0) -> str:
     for unit, factor in _UNITS.items():
         if SHORTEST <= step * factor <= LONGEST:
             return unit
-    least, most = _SERIAL_DAYS
-    return 'days' if least < start < most and SHORTEST <= step * 86400.0 <= LONGEST else ''
+    dated = any(least < start < most for least, most in _SERIAL_DAYS)
+    return 'days' if dated and SHORTEST <= step * 86400.0 <= LONGEST else ''
 
 
 def unit_of_stamps(first: float) -> str:

@@ -11,17 +11,17 @@ import numpy as np
 
 from servo_twin.physics.straight_units import straightened
 
-from ..data.column_names import ANGLE, is_no_angle, is_share, looks_like, NAMES
+from ..data.column_names import ANGLE, is_share, looks_like, NAMES
 from ..data.column_units import COMMANDS, UNIT
 from ..data.finding import SHOWN
 from .given_columns import judge_unit
+from .hints import counts_rows, in_volts, without_angle
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import may_be_angle, Proposal, rises
 from .questions import Ask, one_of, until
 from .sources import Offered
 from .torques import choose_torques
 
-VOLTS = ('V', 'mV', 'volt', 'volts', 'Volt', 'Volts')
 ENCODERS = ('motor_position', 'load_position')
 
 
@@ -86,7 +86,8 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[name] = Proposal(name, one_of(ask, f'Which is {name}', free or [*of.sources],
                                                   free[0] if len(free) == 1 else ''), '')
         elif not free and not meant:
-            missing.append(f'{" or ".join(names)}, which no column of {of.path} holds')
+            missing.append(f'{" or ".join(names)}, which no column of {of.path} holds'
+                           + (without_angle(of, taken) if names is ENCODERS else ''))
         else:
             missing.append(f'--column {names[0]}=SOURCE{"" if si else ":UNIT"} (of {free[:12]}'
                            + ''.join(f'; {one}' for one in meant)
@@ -107,14 +108,17 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
             chosen[column] = replace(one, unit=unit)
         else:
             missing.append(f'--column {shlex.quote(f"{column}={one.source}:UNIT")} ' + (
-                f'({refused})' if refused else '(or --si for all)')
+                f'({refused})' if refused else
+                '(its numbers count the rows: say ms where they do, else count them: t=:2 ms)'
+                if column == 't' and counts_rows(of.numbers.get(one.source)) else
+                '(or --si for all)')
                 + _or_without(column, _goes_without(column, one, chosen)))
     return {name: chosen[name] for name in NAMES if name in chosen}, missing
 
 
 def _choose_command(of: Offered, chosen: dict[str, Proposal], ask: Ask | None) -> list[str]:
     """Choose the command among channels in volts; return the flag that chooses it, if missing."""
-    volts = _in_volts(of, {one.source for one in chosen.values()})
+    volts = in_volts(of, {one.source for one in chosen.values()})
     if volts and ask:
         source = one_of(ask, 'Which is the command that the drive received',
                         [*volts, 'none of them'], '')
@@ -154,12 +158,6 @@ def _may_be(of: Offered, names: Sequence[str], taken: Container[str]) -> list[st
         return [one for one in free if rises(of.numbers.get(one))] or free
     return [one for one in free if may_be_angle(one, of.units.get(one, ''))
             and not _stands(of.numbers.get(one))]
-
-
-def _in_volts(of: Offered, taken: Container[str]) -> list[str]:
-    """Return the sources in volts of which nothing else is known, as the channels of a scope."""
-    return [one for one, unit in of.units.items() if one not in taken and not looks_like(one)
-            and unit in VOLTS and not is_no_angle(one) and not of.messages]
 
 
 def _stands(numbers: np.ndarray | None) -> bool:

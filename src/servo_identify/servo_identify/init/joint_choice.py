@@ -20,10 +20,9 @@ def choose_joint(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
 
     Raises ValueError for a ``wanted`` one that the file has not.
     """
-    joints = joints_of(([one.source for one in several] for several in proposals.values()),
-                       of.messages)
+    joints = joints_in(of, proposals)
     if wanted:
-        known = {joint_in(one, of.messages)[1] for one in of.sources} - {''}
+        known = {joint_in(one, of.messages, joints)[1] for one in of.sources} - {''}
         if wanted not in known and not any(f'/{wanted}/' in one for one in of.sources):
             raise ValueError(f'--joint {wanted}: {of.path} has no such joint; '
                              f'{or_what(wanted, joints or sorted(known), "it has")}')
@@ -33,4 +32,11 @@ def choose_joint(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         return told, []
     if ask:
         return one_of(ask, 'Which joint', joints), []
-    return joints[0], [f'--joint NAME (of {joints}; what follows is for {joints[0]!r})']
+    return joints[0], [f'--joint NAME (of {joints}; what follows is for {joints[0]!r}), '
+                       'or --joint all, which writes the files of each into the folder -o']
+
+
+def joints_in(of: Offered, proposals: Mapping[str, Sequence[Proposal]]) -> list[str]:
+    """Return the joints of a file, [] where it has one or none of them is named."""
+    return joints_of(([one.source for one in several] for several in proposals.values()),
+                     of.messages)

@@ -21,11 +21,11 @@ def what_it_tells(columns: Container[str]) -> str:
 
 def next_command(data: Path, servo: Path, mapping: Path | None) -> list[str]:
     """Return the words of the diagnosis of a file and those like it."""
-    words = ['servo-identify', 'diagnose', _alike(data), '--servo', str(servo)]
+    words = ['servo-identify', 'diagnose', alike(data), '--servo', str(servo)]
     return [*words, *(['--mapping', str(mapping)] if mapping else []), '-o', 'answer']
 
 
-def _alike(data: Path) -> str:
+def alike(data: Path) -> str:
     """Return a pattern of the tables beside one where all have its header, else its own name."""
     if data.suffix.lower() not in TEXTS:
         return str(data)

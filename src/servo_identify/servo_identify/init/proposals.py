@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import re
 
@@ -23,7 +23,8 @@ from ..data.column_names import (
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
-from .joints import of_joint
+from .hints import counts_rows
+from .joints import joints_of, of_joint
 from .sources import Offered
 
 _NO_ANGLES = ('reference_velocity', 'torque', 'current', 'voltage', 'temperature')
@@ -63,15 +64,24 @@ def proposed(of: Offered, joint: str = '') -> dict[str, list[Proposal]]:
 
     With a ``joint``, sources that name another one are left out.
     """
+    if joint:
+        joints = joints_of(([one.source for one in several] for several in proposed(of).values()),
+                           of.messages)
+        return _proposed(of, of_joint(of.sources, joint, of.messages, joints))
+    return _proposed(of, of.sources)
+
+
+def _proposed(of: Offered, sources: Sequence[str]) -> dict[str, list[Proposal]]:
+    """Return the proposals among some sources."""
     found: dict[str, list[Proposal]] = {}
-    for source in of_joint(of.sources, joint, of.messages):
+    for source in sources:
         column = looks_like(source, of.kinds.get(source, ''))
         if column:
             found.setdefault(column, []).append(
                 Proposal(column, source, unit_said(of, column, source)))
     if not of.messages:
         _part_from_temperatures(found, of)
-        found['t'] = _each_once(found.get('t', []), of)
+        found['t'] = _each_once(found.get('t', []) or _by_unit(of, sources), of)
     for column, several in found.items():
         exact = [one for one in several if split(one.source)[0] == column]
         found[column] = exact or several
@@ -88,6 +98,12 @@ def unit_said(of: Offered, column: str, source: str) -> str:
         unit = (unit_of_stamps(of.firsts.get(source, 0.0)) or _COUNTERS.get(word, '')
                 or looks_like(source) == 't' and unit_of_time(of.numbers.get(source)) or '')
     return unit or (UNIT[column] if source in NAMES else '')
+
+
+def _by_unit(of: Offered, sources: Sequence[str]) -> list[Proposal]:
+    """Return the sources that rise and have a unit of time, whatever their names."""
+    return [Proposal('t', one, of.units[one]) for one in sources if one in of.units and _is_unit(
+        't', of.units[one]) and rises(of.numbers.get(one))][:1]
 
 
 def _part_from_temperatures(found: dict[str, list[Proposal]], of: Offered) -> None:
@@ -169,7 +185,7 @@ def _time_of_messages(of: Offered, found: dict[str, list[Proposal]]) -> list[Pro
 
 def unit_of_time(times: np.ndarray | None) -> str:
     """Return the unit in which times make a period of a servo, or ''."""
-    if times is None or len(times) < 2:
+    if times is None or len(times) < 2 or counts_rows(times):
         return ''
     return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
 

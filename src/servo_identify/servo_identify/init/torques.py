@@ -78,9 +78,19 @@ def choose_torques(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         else:
             one = computed[0]
             missing.append(f'{_flags(of, "current", computed)} where the drive computes it from '
-                           f"its current, or --column 'torque={one.source}:{one.unit or 'N m'}' "
+                           f"its current, or --column 'torque={one.source}:{_unit_of(one)}' "
                            'where a sensor measured it, or --column current= without it')
+    said = {one.unit for one in (*told, *computed) if _unit_of(one) == 'UNIT'}
+    missing += [f'    UNIT is what 1 {unit} of that torque is, such as 0.0127 N m'
+                for unit in said if any(':UNIT' in one for one in missing)]
     return found, missing
+
+
+def _unit_of(one: Proposal) -> str:
+    """Return the unit in which a torque is given: its own, where that is one of torques."""
+    if not one.unit:
+        return 'N m'
+    return one.unit if stands_for_current('current', one.unit) else 'UNIT'
 
 
 def _one_of(several: Sequence[Proposal], question: str,
@@ -95,7 +105,7 @@ def _one_of(several: Sequence[Proposal], question: str,
 def _flags(of: Offered, column: str, several: Sequence[Proposal]) -> str:
     """Return the flags that take a torque for a current, of the motor or of the joint."""
     one, *more = several
-    unit = one.unit or 'N m'
+    unit = _unit_of(one)
     others = f', or of {[other.source for other in more]},' if more else ''
     if shaft_of(of, column, one.source):
         return f"--column '{column}={one.source}:{unit}'{others}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 import sys
 
@@ -19,15 +20,16 @@ def run_all(jobs: Path, folder: Path, address: str = '', workers: int = 0, force
     """
     Diagnose the machines that a YAML file names; write a folder for each as it ends.
 
-    The file maps a name to ``servo`` (a servo file) and ``bags`` (a list), both relative to it.
+    The file maps a name to ``servo`` (a servo file), ``bags`` (a list) and, of tables with other
+    names, ``mapping`` (a mapping file), all relative to it.
     Returns how each ended; a worker that dies costs its own machine only. Raises ValueError that
     names what is wrong in the file, and where a report is there already without ``force``.
     """
     rigs = read_rigs(jobs)
     new_folder(folder, force, *(f'{name}/report.json' for name in rigs))
     console, ended = Console(stderr=True), {}
-    tasks = {name: (str(servo), [str(bag) for bag in bags], str((folder / name).resolve()))
-             for name, (servo, bags) in rigs.items()}
+    tasks = {name: (str(rig.servo), [*map(str, rig.bags)], str((folder / name).resolve()),
+                    str(rig.mapping) if rig.mapping else None) for name, rig in rigs.items()}
     for done in scattered(diagnosed, tasks, address=address, workers=workers):
         ended[done.name] = done
         if done.problem or not quiet:
@@ -42,8 +44,17 @@ def run_all(jobs: Path, folder: Path, address: str = '', workers: int = 0, force
     return [ended[name] for name in rigs]
 
 
-def read_rigs(path: Path) -> dict[str, tuple[Path, list[Path]]]:
-    """Return servo file and bags by name of a machine; raises ValueError."""
+@dataclass(frozen=True)
+class Rig:
+    """A machine of a file of jobs."""
+
+    servo: Path
+    bags: list[Path]
+    mapping: Path | None = None
+
+
+def read_rigs(path: Path) -> dict[str, Rig]:
+    """Return what a file of jobs says of each machine, by its name; raises ValueError."""
     try:
         tree = yaml.safe_load(path.read_text('utf8'))
     except (OSError, yaml.YAMLError) as problem:
@@ -52,16 +63,18 @@ def read_rigs(path: Path) -> dict[str, tuple[Path, list[Path]]]:
         raise ValueError(f'{path}: must map names of machines to servo and bags')
     rigs = {}
     for name, entry in tree.items():
-        if not isinstance(entry, dict) or set(entry) != {'servo', 'bags'} or not isinstance(
-                entry['bags'], list):
+        if not isinstance(entry, dict) or set(entry) - {'mapping'} != {'servo', 'bags'} or (
+                not isinstance(entry['bags'], list)):
             raise ValueError(f"{path}: {name} must have 'servo' and a list of 'bags', "
-                             f'not {entry!r}')
-        rigs[str(name)] = (path.parent / str(entry['servo']),
-                           [path.parent / str(bag) for bag in entry['bags']])
+                             f"and may have 'mapping', not {entry!r}")
+        mapping = entry.get('mapping')
+        rigs[str(name)] = Rig(path.parent / str(entry['servo']),
+                              [path.parent / str(bag) for bag in entry['bags']],
+                              path.parent / str(mapping) if mapping else None)
     return rigs
 
 
-def diagnosed(servo: str, bags: list[str], folder: str) -> str:
+def diagnosed(servo: str, bags: list[str], folder: str, mapping: str | None = None) -> str:
     """Diagnose one machine into a folder and return the sentence."""
     from servo_twin.description import servo_file
 
@@ -70,7 +83,7 @@ def diagnosed(servo: str, bags: list[str], folder: str) -> str:
     from ..diagnose.diagnosis_files import write_diagnosis
 
     given, text = servo_file.load(servo), Path(servo).read_text()
-    found = diagnose(read_looked_at(bags, servo), given)
+    found = diagnose(read_looked_at(bags, servo, mapping), given)
     output = Path(folder)
     output.mkdir(parents=True, exist_ok=True)
     write_diagnosis(found, text, given, output)

@@ -58,6 +58,10 @@ class OpenRecording:
     def __len__(self) -> int:
         return self._samples.end - self.sequence
 
+    def rename(self, name: str) -> None:
+        """Call the recording, and the parts of it, otherwise than the bag."""
+        self.name = self._facts['name'] = name
+
     @property
     def duration(self) -> float:
         """Seconds from the first sample to the end of the last one."""

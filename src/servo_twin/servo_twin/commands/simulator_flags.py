@@ -17,19 +17,21 @@ if TYPE_CHECKING:
 def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare what a servo file needs beside the model."""
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='S.yaml',
-                        help='servo file to write')
+                        help='servo file to write; of several joints the folder for theirs')
     parser.add_argument('--name', help='of the servo (default: file and joint)')
     parser.add_argument('--at', action='append', default=[], metavar='JOINT=VALUE',
                         help='position at which another joint is held, rad or m; may be repeated')
-    parser.add_argument('--ratio', type=float, help='turns of the motor for one of the joint, '
+    parser.add_argument('--ratio', action='append',
+                        help='turns of the motor for one of the joint, '
                         'rad/m of one that slides (default: 1 by definition, all at the joint)')
-    parser.add_argument('--torque-constant', type=float, metavar='KT',
+    parser.add_argument('--torque-constant', action='append', metavar='KT',
                         help='of the motor, N m/A (default: 1 by definition, the command is the '
                              'torque)')
-    parser.add_argument('--kp', type=float, help='stiffness of a controller outside of the model, '
+    parser.add_argument('--kp', action='append',
+                        help='stiffness of a controller outside of the model, '
                         'N m/rad at the joint')
-    parser.add_argument('--kd', type=float, help='its damping, N m s/rad at the joint')
-    parser.add_argument('--torque-limit', type=float, metavar='LIMIT',
+    parser.add_argument('--kd', action='append', help='its damping, N m s/rad at the joint')
+    parser.add_argument('--torque-limit', action='append', metavar='LIMIT',
                         help='its limit, N m at the joint')
     parser.add_argument('--noise', action='append', default=[], metavar='CHANNEL=VALUE',
                         help='standard deviation of one reading of a channel that is recorded, '

@@ -19,6 +19,18 @@ _LEAST = 1e-9  # share of a torque below which it is rounding
 _LEVER = 1e-9  # m, lever of all that a joint carries below which gravity has none
 
 
+def hinges_and_slides(model: Any) -> list[str]:
+    """Return the joints of a MuJoCo model that a servo may drive; raises ModelError for none."""
+    import mujoco
+
+    kinds = mujoco.mjtJoint
+    found = [model.joint(one).name for one in range(model.njnt) if model.joint(one).name
+             and is_of(model.jnt_type[one], kinds.mjJNT_HINGE, kinds.mjJNT_SLIDE)]
+    if not found:
+        raise ModelError('no joint of the model is a hinge or a slide with a name')
+    return found
+
+
 def joint_of(model: Any, name: str, origin: str, keyframe: str | None = None,
              at: Mapping[str, float] | None = None, actuators: Sequence[str] = ()) -> Joint:
     """

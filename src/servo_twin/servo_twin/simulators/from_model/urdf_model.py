@@ -38,6 +38,15 @@ def joint_of_urdf(path: Path | str, name: str, at: Mapping[str, float] | None = 
         raise ModelError(f'{path}: has something that is no number: {problem}') from None
 
 
+def moving_joints(path: Path | str) -> list[str]:
+    """Return the joints of a URDF file that a servo may drive; raises ModelError without any."""
+    found = [one.get('name', '') for one in _robot(path).findall('joint')
+             if one.get('type') in _MOVING and one.find('mimic') is None]
+    if not found:
+        raise ModelError(f'{path}: no joint in it is {", ".join(_MOVING)}')
+    return found
+
+
 def _read(path: Path | str, name: str, at: Mapping[str, float],
           gravity: float) -> tuple[Joint, float | None]:
     robot = _robot(path)
