@@ -124,7 +124,8 @@ def test_it_asks_for_the_joint_where_a_bag_has_several_and_says_what_it_left_out
         names, 'sensor_msgs/msg/JointState'))
     joint, asked = choose_joint(of, proposed(of), {}, '', None)
     assert joint == 'shoulder'
-    assert asked == ["--joint NAME (of ['shoulder', 'elbow']; what follows is for 'shoulder')"]
+    assert asked == ["--joint NAME (of ['shoulder', 'elbow']; what follows is for 'shoulder'), or "
+                     '--joint all, which writes the files of each into the folder -o']
     chosen, missing = choose_columns(of, proposed(of, 'elbow'), {}, True, None)
     effort, = missing
     assert effort.startswith("--column 'current=/joint_states.effort[elbow]:N m' where the drive")

@@ -25,6 +25,7 @@ MOST = 1 << 20  # bytes that wait for who reads; what comes beyond is left out
 PIECE = 4096  # bytes that a pipe takes whole once it takes any
 LAST_WORDS = 1.0  # s that what waits may take when the process has ended
 OUTPUTS = (1, 2)  # stdout and stderr
+_NEVER_WAITS = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY
 
 
 def free_output() -> None:
@@ -79,9 +80,12 @@ def _free(outputs: dict[int, tuple[int, ...]]) -> None:
             process.wait(2.0 * LAST_WORDS)
         except TimeoutExpired:
             return
-        for number, names in outputs.items():
-            for name in names:
-                os.dup2(takers[number], name)
+        for number, names in outputs.items():  # what ROS says as it ends must not wait either
+            with suppress(OSError):
+                taker = os.open(f'/proc/self/fd/{takers[number]}', _NEVER_WAITS)
+                for name in names:
+                    os.dup2(taker, name)
+                os.close(taker)
 
     atexit.register(end)
 
@@ -113,7 +117,7 @@ def pass_on(takers: dict[int, int]) -> None:
 def _never_waits(taker: int) -> int:
     """Return the same output, opened so that writing to it never waits, where that goes."""
     try:  # not set on the one that is there: others who write to it share that
-        return os.open(f'/proc/self/fd/{taker}', os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
+        return os.open(f'/proc/self/fd/{taker}', _NEVER_WAITS)
     except OSError:
         return taker
 

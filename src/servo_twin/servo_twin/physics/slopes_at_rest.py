@@ -9,6 +9,7 @@ from types import FunctionType, SimpleNamespace
 from numba.core.dispatcher import Dispatcher
 import numpy as np
 
+from .dahl import built_up
 from .effect import Effect
 from .maxwell_slip import slipped
 from .servo import Placed, Servo
@@ -18,7 +19,8 @@ _TORSION, _ANGLE, _SPEED, _ROLLING = 1e-12, 1e-6, 1e-9, 1e-6
 _SHARE = 1e-9  # s/rad: of a value, for each rad/s of speed
 _PLAIN: dict[str, Callable[..., object]] = {
     'exp': math.exp, 'sqrt': math.sqrt,
-    'cos_sin': lambda angle: (math.cos(angle), math.sin(angle)), 'slipped': slipped.py_func}
+    'cos_sin': lambda angle: (math.cos(angle), math.sin(angle)), 'slipped': slipped.py_func,
+    'built_up': FunctionType(built_up.py_func.__code__, {'exp': math.exp, 'abs': abs})}
 
 
 def acts_at(placed: Placed, port: str, site: str) -> bool:
