@@ -115,6 +115,7 @@ def mixed(seed, cold, more, period=5e-3, rows=4000, fine=50):
     return run_of(seed, period, known, 'tones')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_winding_that_warms_up_in_each_recording_is_one_resistance():
     """It had been a gain of the drive that changes over time, beside a resistance."""

@@ -87,6 +87,7 @@ def test_a_part_held_in_some_recordings_differs_by_recording_and_is_told_with_th
     assert 'warm up' not in report.verdict['sentence']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_weight_of_a_carried_axis_shows_by_both_angles():
     def with_elbow(seed):
@@ -135,6 +136,7 @@ def following(firmware, seed, smooths=0.0):
                      digest=f'{seed:064d}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_firmware_that_smooths_its_reference_is_no_other_gain():
     several = [following(LOOP, seed, 0.045) for seed in (1, 2, 3)]
@@ -146,6 +148,7 @@ def test_a_firmware_that_smooths_its_reference_is_no_other_gain():
     assert 'recorded command' in report.verdict['sentence']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_reference_speed_that_was_not_recorded_is_that_of_the_reference():
     fed = LOOP.with_values({'controller.kf': 1.0})
@@ -155,6 +158,7 @@ def test_a_reference_speed_that_was_not_recorded_is_that_of_the_reference():
     assert named_by_equations(several, LOOP) == {('controller_mismatch', 'controller')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_log_that_is_slower_than_the_loop_is_no_other_inductance():
     winding = LOOP.with_values({'drive.inductance': 4e-3})  # L/R of 1.3 ms
@@ -176,6 +180,7 @@ def test_a_log_that_is_slower_than_the_loop_is_no_other_inductance():
     assert named_by_equations([logged(seed) for seed in (1, 2)], winding) == set()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_integral_that_held_a_weight_before_the_recording_is_no_other_gain():
     hoist = LOOP.with_effects(Placed('weight', find('constant_torque'), 'load'),
@@ -200,6 +205,7 @@ def test_a_reference_that_steps_says_no_speed():
         assert ('controller' in residual_samples([steps], servo).present) is judged
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_of_gains_that_make_up_for_each_other_the_one_that_is_off_is_named():
     several = [following(LOOP.with_values({'controller.kv': 4.0}), seed) for seed in (1, 2, 3)]

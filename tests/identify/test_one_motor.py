@@ -45,6 +45,7 @@ def test_a_motor_that_answers_within_a_row_is_not_blamed_for_it():
     assert named_by_equations([moved(HOBBY, seed) for seed in (1, 2)], HOBBY) == set()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_supply_that_sags_is_no_saturation():
     lost = {'drop': 0.03, 'resistance': HOBBY.numbers['drive.resistance'],

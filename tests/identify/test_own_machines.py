@@ -67,11 +67,13 @@ def rubber(angle, speed):
     return -40.0 * max(angle - 1.25, 0.0)**1.5 * (1.0 + 0.15 * speed)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_machine_that_does_what_its_file_says_is_missing_nothing():
     assert found_in(nothing, 1.0)[0] == []
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_drag_that_has_a_peak_over_speed_is_an_eddy_brake():
     (one,), (amplitudes,) = found_in(eddy, 6.0)
@@ -80,6 +82,7 @@ def test_a_drag_that_has_a_peak_over_speed_is_an_eddy_brake():
     assert one.knots == pytest.approx([6.0], rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_rubber_stop_at_one_end_is_a_spring_over_the_angle():
     chosen, _ = found_in(rubber, 1.2)

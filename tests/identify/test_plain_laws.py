@@ -74,6 +74,7 @@ def test_a_force_constant_is_no_ratio_where_all_is_at_the_motor():
     assert named_by_equations(several, STAGE) == {('torque_constant_error', 'motor')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_payload_is_its_weight_and_its_inertia_and_no_drive_that_is_weaker():
     """Held by a loop, an arm with more to carry answers as if its drive were weaker."""
@@ -166,6 +167,7 @@ def test_a_twin_that_drifts_throws_no_load_by_a_torsion_that_encoders_contradict
     assert gap.rms('torsion') < 10.0 * gap.floor['torsion']  # 216 with a start that is free
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_hose_that_stiffens_is_a_spring_though_waves_of_a_weight_follow_it_as_well():
     angles = np.linspace(-0.3, 0.3, 16)

@@ -28,6 +28,7 @@ def test_what_is_off_is_named(rig, truth):
     assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {truth}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_error_over_the_turn_of_the_motors_encoder_keeps_its_size_though_the_twin_drifts():
     rig = with_effect('motor_encoder_eccentricity', 'motor_position', order=3.0,
@@ -42,6 +43,7 @@ def test_an_error_over_the_turn_of_the_motors_encoder_keeps_its_size_though_the_
     assert 'per turn of the motor' in answer.report.which[0].change
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_wheel_of_a_shaft_between_motor_and_load_has_no_whole_order():
     order = 64.0 / 19.0
@@ -53,6 +55,7 @@ def test_the_wheel_of_a_shaft_between_motor_and_load_has_no_whole_order():
     assert tried > 1000  # each costs: chance finds a wave among many
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_noise_that_a_filter_has_passed_is_no_fault_where_the_file_says_how_much_it_is():
     several, size = [], 2.0 * SERVO.noise('current')

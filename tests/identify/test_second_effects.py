@@ -50,12 +50,14 @@ def braked(seed, weight=0.0, brake=0.55, flying=0.0):
     return Recording(f'ride {seed}', PERIOD, seen, family='ride', digest=f'{seed:064d}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_brake_of_another_form_is_no_other_friction_beside_it():
     assert named_by_equations([braked(seed) for seed in (1, 2, 3)], BRAKED) == {
         ('eddy_brake', 'load')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_inertia_that_grows_with_speed_is_no_motor_that_weakens_there():
     several = [braked(seed, brake=0.0, flying=0.15) for seed in (1, 2, 3)]
@@ -89,6 +91,7 @@ def hosed(seed, level=1.2, travel=0.3):
     return Recording(f'hose {seed}', PERIOD, seen, family='hose', digest=f'{seed:064d}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_what_drags_over_a_long_travel_after_each_reversal_has_its_level_and_travel():
     several = [hosed(seed) for seed in (1, 2, 3)]
@@ -101,6 +104,7 @@ def test_what_drags_over_a_long_travel_after_each_reversal_has_its_level_and_tra
     assert answer.report.gap['solved'] > 0.8
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('named', [1, 3])
 def test_a_second_effect_that_comes_and_goes_with_the_recordings_is_a_warning(monkeypatch, named):

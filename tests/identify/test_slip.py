@@ -49,6 +49,7 @@ def lifted(seed, slips):
     return Recording(f'lift {seed}', PERIOD, seen, family='lift', digest=f'{seed:064d}')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_belt_that_creeps_is_named_with_what_it_loses():
     report = diagnose([lifted(seed, lambda torque: 4e-4 * torque) for seed in (1, 2, 3)],

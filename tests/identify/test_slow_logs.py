@@ -77,6 +77,7 @@ def logged(tmp_path, name, seed, period, jitter):
     return import_table(path, tmp_path / 'servo.yaml')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('period, jitter', [(0.01, 3e-4), (0.02, 2e-3)])
 def test_a_servo_that_is_logged_slower_than_its_loop_is_missing_nothing(tmp_path, period, jitter):
@@ -123,6 +124,7 @@ tolerance: {drive.resistance: 6 %, drive.back_emf: 4 %, mechanism.rotor_inertia:
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_command_that_comes_two_rows_and_a_half_late_is_no_lag():
     """Lags of more than all of a command, one against the other, do what a delay does."""

@@ -28,6 +28,7 @@ def answer_of(servo=SERVO, **how):
     return diagnose([first], SERVO, [second], [third]).report
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_torque_that_repeats_in_time_is_named_with_its_period_and_no_effect_is_handed_over():
     report = answer_of()
@@ -47,6 +48,7 @@ def test_beside_it_another_effect_is_found():
     assert {one.effect for one in answer_of(rubs).which} == {'coulomb_friction', 'external_torque'}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_one_that_is_measured_is_no_gap():
     assert answer_of(told=True).verdict['status'] == 'no_gap'

@@ -28,6 +28,7 @@ def test_a_file_that_has_the_inertia_in_front_of_its_sensor_lacks_nothing(blind)
     assert named_by_equations(several, BEHIND) == set()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(('share', 'named'), [(0.5, False), (8.0, True)])
 def test_another_ratio_is_named_from_what_two_encoders_tell_over_the_travel(share, named):

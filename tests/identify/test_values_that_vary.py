@@ -39,6 +39,7 @@ def test_a_torque_constant_that_falls_with_temperature_has_its_curve():
     assert 'degC' in one.change
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_without_a_temperature_it_differs_by_recording():
     several = [weak(recorded(SERVO, seed), 1.0 - 0.06 * seed) for seed in range(6)]
@@ -60,6 +61,7 @@ def test_a_field_that_is_weakened_shows_over_speed():
     assert one.curve['y'][0] > one.curve['y'][-1]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_of_a_cold_and_a_warm_recording_friction_has_its_slope_over_the_temperature():
     def warm(seed, temperature, viscous):

@@ -96,6 +96,7 @@ def test_viscous_friction_that_fades_is_friction_that_drifts():
     assert answer.augmented.values[f'effects.{added.name}.excess'] == pytest.approx(25.0, rel=0.2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_filter_of_the_controller_far_from_the_files_is_the_controllers():
     far = {'controller.kp': 6.0, 'controller.ki': 40.0, 'controller.filter': 0.01}

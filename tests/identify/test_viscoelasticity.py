@@ -21,6 +21,7 @@ def test_a_transmission_that_creeps_is_no_hysteresis_and_no_other_stiffness(blin
     assert found['effects.viscoelasticity.time'] == pytest.approx(0.08, rel=0.15)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_another_stiffness_does_not_creep():
     rig = SERVO.with_values({'mechanism.stiffness': 1.3 * STIFFNESS})
