@@ -71,7 +71,13 @@ def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
 
 def _instead(found: Explained, several: Sequence[Half], one: Finding, all_of: Sequence[Finding]
              ) -> tuple[tuple[Mechanism, float], ...]:
-    """Return what halves of the recordings name in the place of a finding, often enough."""
+    """
+    Return what halves of the recordings name in the place of a finding that few of them name.
+
+    Where most name it, the others had too little: all recordings together tell the two apart.
+    """
+    if named_in(found, several, one) > EVEN:
+        return ()
     others = [name for other in all_of if other is not one for name in names_of(found, other)]
     return tuple((mechanism, share) for mechanism, share in instead(
         several, names_of(found, one), others) if share >= ALTERNATIVE)
