@@ -27,4 +27,5 @@ def test_the_answer_stands_where_a_file_diverges(monkeypatch, moved):
     assert tried
     assert [one.effect for one in answer.report.which] == ['gravity']
     assert (answer.augmented is SERVO) == moved
+    assert any(one.effect.name == 'gravity' for one in answer.refit.effects) != moved
     assert (answer.report.gap['solved'] == 0.0) == moved

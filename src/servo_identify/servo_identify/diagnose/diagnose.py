@@ -137,35 +137,31 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
     """
     handover, report = handed.handover, list(handed.parts.report)
     cut, judged = Cut(), judging(handed.accept, servo.step)
-    reported = {'given': simulated(servo, report, cut),
-                'within': _or(handover.within, servo, report, cut)}
-    reported['patch'] = reported['given']
-    if handover.added:
-        try:
-            reported['patch'] = simulated(handover.patch, report, cut)
-        except Diverged:
-            handover = replace(handover, helps=False)
-    try:
-        same = content(handover.refit) == content(handover.patch)
-        reported['refit'] = reported['patch'] if same else simulated(handover.refit, report, cut)
-    except Diverged:
-        handover, reported['refit'] = replace(handover, refit=servo), reported['given']
+    given = simulated(servo, report, cut)
+    patch = _run(handover.patch, report, cut) if handover.added else given
+    same = content(handover.refit) == content(handover.patch)
+    refit = patch if same else _run(handover.refit, report, cut)
+    handover = replace(handover, helps=handover.helps and patch is not None,
+                       refit=servo if refit is None else handover.refit)
+    reported = {'given': given, 'within': _run(handover.within, report, cut) or given,
+                'patch': patch or given, 'refit': refit or given}
     dropped, accepted = {}, {}
     for one in handover.added:
         rest = handover.without(one)
         known = rest is servo
-        dropped[id(one.part)] = reported['given'] if known else _or(rest, servo, report, cut)
-        before = handover.gaps['given'] if known else _or(rest, servo, judged, cut).gap
-        first = handover.gaps['given'].total() or 1.0
-        accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / first
+        dropped[id(one.part)] = (None if known else _run(rest, report, cut)) or given
+        before, first = None if known else _run(rest, judged, cut), handover.gaps['given']
+        accepted[id(one.part)] = ((before.gap if before else first).total()
+                                  - handover.gaps['patch'].total()) / (first.total() or 1.0)
     by_part = {id(one.part): one for one in handover.added}
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in handed.findings]
     return Evidence(servo, handed.parts, handed.found, tuple(findings), several, handover,
                     reported, dropped, accepted, handed.doubtful)
 
 
-def _or(first: Servo, second: Servo, recordings: Sequence[Recording], cut: Cut) -> Simulated:
+def _run(servo: Servo, recordings: Sequence[Recording], cut: Cut) -> Simulated | None:
+    """Return a twin over recordings; None where it cannot run."""
     try:
-        return simulated(first, recordings, cut)
+        return simulated(servo, recordings, cut)
     except Diverged:
-        return simulated(second, recordings, cut)
+        return None

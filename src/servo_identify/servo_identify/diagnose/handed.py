@@ -11,7 +11,7 @@ from servo_twin.recording.recording import Recording
 
 from .answer.evidence import Finding, named_in, names_of
 from .answer.row_instants import command_late, split_as_acted
-from .decisions import ALTERNATIVE, EVEN
+from .decisions import EVEN
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over
 from .handover.curves import Part
@@ -79,8 +79,7 @@ def _instead(found: Explained, several: Sequence[Half], one: Finding, all_of: Se
     if named_in(found, several, one) > EVEN:
         return ()
     others = [name for other in all_of if other is not one for name in names_of(found, other)]
-    return tuple((mechanism, share) for mechanism, share in instead(
-        several, names_of(found, one), others) if share >= ALTERNATIVE)
+    return tuple(instead(several, names_of(found, one), others))
 
 
 def selecting(parts: Split, accepting: bool) -> list[Recording]:

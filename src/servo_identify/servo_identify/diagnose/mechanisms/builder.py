@@ -62,6 +62,15 @@ class Builder:
         return best_shape(low, high, lambda number: self.apart(column(number)),
                           self.apart(residual))
 
+    def best_columns(self, low: float, high: float, signal: str, of: Series,
+                     residual: np.ndarray) -> tuple[float, Columns]:
+        """Return the number of :meth:`best_shape`, and its columns; ``of(errors, number)``."""
+        def columns(number: float) -> Columns:
+            return self.place(signal, lambda one: of(one, number))
+
+        best = self.best_shape(low, high, lambda number: columns(number).table[:, 0], residual)
+        return best, columns(best)
+
     @cached_property
     def _inverse(self) -> np.ndarray:
         """Inverse of the products of what may move; 0 of what only repeats others."""

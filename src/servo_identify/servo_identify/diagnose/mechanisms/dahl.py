@@ -33,10 +33,8 @@ def dahl(builder: Builder, site: str, residual: np.ndarray) -> Hypothesis | None
     def torque(one: EquationErrors, travel: float) -> np.ndarray:
         return -dahl_operator(one.motion[name], travel)[:, None]
 
-    travel = builder.best_shape(low, high, lambda travel: builder.place(
-        f'{site}_torque', lambda one: torque(one, travel)).table[:, 0], residual)
+    travel, columns = builder.best_columns(low, high, f'{site}_torque', torque, residual)
     mechanism = Mechanism('presliding_friction', 'friction', site, ('travel since reversal',),
                           'odd', memory=True)
-    return builder.hypothesis(mechanism, builder.place(
-        f'{site}_torque', lambda one: torque(one, travel)), [1], (travel,), tried=SHAPES,
-        detail={'law': 'dahl_friction'})
+    return builder.hypothesis(mechanism, columns, [1], (travel,), tried=SHAPES,
+                              detail={'law': 'dahl_friction'})

@@ -36,11 +36,10 @@ def rounded_loops(builder: Builder, top: float, residual: np.ndarray) -> Hypothe
     def torsion(one: EquationErrors, width: float) -> np.ndarray:
         return -dahl_operator(bridged(one.transmitted()), width)[:, None]
 
-    width = builder.best_shape(LOOPS[0] * top, LOOPS[-1] * top, lambda width: builder.place(
-        'torsion', lambda one: torsion(one, width)).table[:, 0], residual)
+    width, columns = builder.best_columns(LOOPS[0] * top, LOOPS[-1] * top, 'torsion', torsion,
+                                          residual)
     stiffness = builder.samples.servo.numbers['mechanism.stiffness']
-    return builder.hypothesis(_LOOPS, builder.place('torsion', lambda one: torsion(one, width)),
-                              [1], (width,), tried=SHAPES,
+    return builder.hypothesis(_LOOPS, columns, [1], (width,), tried=SHAPES,
                               detail={'law': 'dahl_hysteresis', 'stiffness': stiffness})
 
 
@@ -62,15 +61,11 @@ def creep(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     def torsion(one: EquationErrors, time: float) -> np.ndarray:
         return -relaxation(bridged(one.transmitted()), one.measured.period, time)[:, None]
 
-    def column(time: float) -> np.ndarray:
-        return builder.place('torsion', lambda one: torsion(one, time)).table[:, 0]
-
-    time = builder.best_shape(low, high, column, residual)
-    best = builder.apart(column(time))
+    time, columns = builder.best_columns(low, high, 'torsion', torsion, residual)
+    best = builder.apart(columns.table[:, 0])
     stiffness = builder.samples.servo.numbers['mechanism.stiffness']
     lost = -float(best @ builder.apart(residual)) / max(float(best @ best), 1e-300)
     fades = time * max(1.0 - stiffness * max(lost, 0.0), FORM)
     mechanism = Mechanism('viscoelasticity', 'mesh', 'mesh', ('load',), 'odd', memory=True)
-    columns = builder.place('torsion', lambda one: torsion(one, time))
     return builder.hypothesis(mechanism, columns, [1], (fades,), tried=SHAPES,
                               detail={'stiffness': stiffness})

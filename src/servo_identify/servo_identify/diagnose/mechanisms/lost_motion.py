@@ -6,7 +6,7 @@ import numpy as np
 
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
-from .hypothesis import Columns, Hypothesis, Mechanism
+from .hypothesis import Hypothesis, Mechanism
 from .memory import stop_operator
 from .shape_search import SHAPES
 
@@ -30,15 +30,12 @@ def lost_motion(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         return None
     ratio = builder.samples.servo.numbers['mechanism.ratio']
 
-    def columns(travel: float) -> Columns:
-        def torsion(one: EquationErrors) -> np.ndarray:
-            turned = one.motion['motor_angle'] / ratio
-            return 0.5 * stop_operator(turned, 0.5 * travel)[:, None]
+    def torsion(one: EquationErrors, travel: float) -> np.ndarray:
+        turned = one.motion['motor_angle'] / ratio
+        return 0.5 * stop_operator(turned, 0.5 * travel)[:, None]
 
-        return builder.place('torsion', torsion)
-
-    travel = builder.best_shape(TAKEN_UP[0] * stroke, TAKEN_UP[1] * stroke,
-                                lambda travel: columns(travel).table[:, 0], residual)
+    travel, columns = builder.best_columns(TAKEN_UP[0] * stroke, TAKEN_UP[1] * stroke, 'torsion',
+                                           torsion, residual)
     mechanism = Mechanism('backlash', 'clearance', 'mesh', ('travel',), 'odd', memory=True)
-    return builder.hypothesis(mechanism, columns(travel), [1], (travel,), tried=SHAPES,
+    return builder.hypothesis(mechanism, columns, [1], (travel,), tried=SHAPES,
                               detail=as_gap(builder))

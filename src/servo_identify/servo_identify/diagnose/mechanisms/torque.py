@@ -111,11 +111,9 @@ def _relaxing(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         left = relaxation(bridged(one.angles()[1]), one.measured.period, time)
         return -one.inner(left)[:, None]
 
-    time = builder.best_shape(low, high, lambda time: builder.place(
-        'load_torque', lambda one: torque(one, time)).table[:, 0], residual)
+    time, columns = builder.best_columns(low, high, 'load_torque', torque, residual)
     mechanism = Mechanism('relaxing_spring', 'torque', 'load', ('angle',), 'odd', memory=True)
-    return builder.hypothesis(mechanism, builder.place(
-        'load_torque', lambda one: torque(one, time)), [1], (time,), tried=SHAPES)
+    return builder.hypothesis(mechanism, columns, [1], (time,), tried=SHAPES)
 
 
 def _saturation(builder: Builder) -> Hypothesis | None:
