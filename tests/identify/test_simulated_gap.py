@@ -23,6 +23,17 @@ effects:
   drags: {effect: viscous_friction, at: load, slope: 0.5}
 """)
 
+TABLE = servo_file.loads("""
+servo: table
+step: 2.0e-4
+drive: {type: current, gain: 1.0, torque_constant: 2.0}
+mechanism: {type: rigid, rotor_inertia: 2.0e-3, load_inertia: 0.031, ratio: 1.0}
+sensors: {motor_encoder: {noise: 1.0e-5}, current_sensor: {noise: 0.006}}
+effects:
+  dry: {effect: coulomb_friction, at: load, level: 0.13}
+  teeth: {effect: cogging, at: motor, order: 24, cosine: [0.06, 0.055], sine: [0.07, 0.01]}
+""")
+
 EXAMPLE = Path(__file__).resolve().parents[2] / 'docs' / 'example'
 
 
@@ -49,6 +60,20 @@ def test_a_current_that_is_read_after_its_command_acts_is_no_gap(ahead):
     gap = simulated(JOINT, [Recording('noisy', 4e-3, columns, digest='0' * 64)]).gap
     assert gap.rms('current') == pytest.approx(0.02, rel=0.1)
     assert gap.rms('motor_position') == pytest.approx(1e-4, rel=0.2)
+
+
+@pytest.mark.parametrize('begin', [1.8, 1.9, 2.0, 2.05])
+def test_a_recording_that_begins_as_a_shaft_speeds_up_among_detents_is_no_gap(begin):
+    time, chance = np.arange(0.0, 4.0, 5e-4), np.random.default_rng(3)
+    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
+    columns['voltage'] = np.where(time < 2.2, 0.8 * np.sin(3.0 * np.pi * time), 0.0)
+    y = simulate(TABLE, inputs_of(columns), 5e-4, initial_state(TABLE, 0.0, 0.0),
+                 'measured_input')
+    columns |= {'motor_position': y[:, 0] + chance.normal(0.0, 1e-5, len(y)),
+                'current': y[:, 3] + chance.normal(0.0, 0.006, len(y))}
+    rest = {name: column[round(begin / 5e-4):].copy() for name, column in columns.items()}
+    gap = simulated(TABLE, [Recording('caught', 5e-4, rest, digest='0' * 64)]).gap
+    assert gap.rms('motor_position') < 3e-5
 
 
 @pytest.mark.long

@@ -17,13 +17,13 @@ from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from ...fit.fit_problem import Problem
-from ...fit.free_values import Freedom
-from ...fit.levenberg_marquardt import solved
 from ...fit.output_error import fit
 from ...fit.segments import CHANNELS
 from ...fit.shooting import Shooting, Unknowns
+from ...fit.start_search import best_starts
 from .cut import Cut
 from .gap import Gap
+from .starts import of_starts, soon, stepped
 
 TURNS = 3  # of estimating the starts: a shaft that sticks may give way in the last
 BLOCK = 1.0  # s of a simulation that count as independent of their neighbours
@@ -65,19 +65,16 @@ def simulated(servo: Servo, recordings: Sequence[Recording], cut: Cut | None = N
     mode = mode_of(recordings)
     shooting = Shooting(servo, (cut or Cut()).courses(servo, recordings, mode), mode)
     try:
-        nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
-        problem = Problem(shooting, nothing, False, False)
-        problem.be_modest()
-        both, problem.zeroed = problem.zeroed, np.zeros(0, dtype=int)  # they are centred instead
+        problem, both = of_starts(shooting)
         unknowns = shooting.beginning(servo.theta)
         with np.errstate(over='ignore', invalid='ignore'):
             cost = problem.evaluate(unknowns)[1]
             if not np.isfinite(cost):
                 raise Diverged(f'{servo.name}: the simulation leaves the finite numbers; its '
                                f'step of {servo.step:g} s may be too long')
-            held = np.ones(problem.size, dtype=bool)
+            unknowns, _ = best_starts(problem, [soon(shooting, unknowns), unknowns])
             for _ in range(TURNS):
-                unknowns, _ = solved(problem, unknowns, 1, 0.0, held, lambda *_: None)
+                unknowns = stepped(problem, unknowns, 1)
                 unknowns = _centred(problem, unknowns, both)
             y = shooting.simulate([unknowns])[0]
         return _collected(problem, y)
