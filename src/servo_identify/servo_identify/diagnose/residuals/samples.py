@@ -86,7 +86,7 @@ class ResidualSamples:
         late = self.place(sampling_columns(self.errors, steep=True))
         scatter = np.array([UNEVEN if one.measured.recording.resampled else JITTER
                             for one in self.errors])[self.recording, None]
-        self.scale = self.scale * np.sqrt(1.0 + (scatter * late) ** 2).prod(axis=1)
+        self.scale = self.scale * np.sqrt(1.0 + ((scatter * late) ** 2).sum(axis=1))
         self.base = self.at(theta)
 
     def at(self, theta: np.ndarray, settings: Mapping[int, Mapping[int, float]] | None = None,
