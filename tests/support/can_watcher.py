@@ -57,6 +57,7 @@ class CanWatcher(BusListener):
 
     def forget(self) -> None:
         """Forget what the drive was told and how it stood, until now."""
+        self.catch_up()
         self.controls.clear()
         self.states.clear()
 
