@@ -15,6 +15,7 @@ from time import monotonic, sleep
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from held_up import watch
 import numpy as np
 import rclpy
 from rclpy.context import Context
@@ -61,6 +62,7 @@ class DriverProcess:
              '-r', f'__ns:=/{namespace}',
              *[word for parameter in told for word in ('-p', parameter)]],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ))
+        watch(self.process.pid)
 
     def wait(self, patience: float = PATIENCE) -> tuple[int, str]:
         """Return exit status and output of a driver that ends by itself."""
