@@ -66,6 +66,12 @@ def machine(running):
     return running
 
 
+def driven(ears: Listener) -> None:
+    """Command five seconds of 1 V, again and again until they are played."""
+    wait_for(lambda: 1.0 in ears.current[-1].voltage
+             or ears.command(VOLTAGE, [1.0] * 100, ears.now(), 0.05), 'the command is played')
+
+
 def voltages(machine: Machine, since: int) -> np.ndarray:
     return machine.ears.column(machine.ears.current, 'voltage', since)[1]
 
@@ -112,8 +118,7 @@ def test_it_recovers_from_a_fault_that_the_drive_tells(machine):
 
 def test_it_recovers_when_the_rig_was_killed_and_started_again(machine):
     ears = machine.ears
-    ears.command(VOLTAGE, [1.0] * 2500, ears.now(), PERIOD)
-    wait_for(lambda: 1.0 in ears.current[-1].voltage, 'the command is played')
+    driven(ears)
     last = ears.current[-1]
     machine.rig.send_signal(signal.SIGKILL)
     machine.rig.wait()
@@ -154,8 +159,7 @@ def test_it_leaves_a_still_drive_when_it_is_stopped(machine):
 
 
 def test_it_takes_over_a_rig_whose_driver_was_killed_while_it_drove(machine):
-    machine.ears.command(VOLTAGE, [1.0] * 2500, machine.ears.now(), PERIOD)
-    wait_for(lambda: 1.0 in machine.ears.current[-1].voltage, 'the command is played')
+    driven(machine.ears)
     machine.driver.process.send_signal(signal.SIGKILL)
     machine.driver.process.communicate()
     since, told = time_ns(), len(machine.ears.diagnoses)
