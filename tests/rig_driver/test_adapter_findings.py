@@ -280,5 +280,5 @@ def test_its_diagnostics_go_on_while_simulated_time_stands_still():
         wait_for(lambda: len(heard()) > 3, 'it goes on saying why there are no samples')
     finally:
         adapter.send_signal(signal.SIGINT)
-        assert adapter.wait(20.0) == 0
+        assert adapter.wait(60.0) == 0
         ears.close()

@@ -69,7 +69,7 @@ def test_it_hears_a_robot_that_comes_back_with_a_weaker_offer():
         over.set()
         thread.join()
         adapter.send_signal(signal.SIGINT)
-        assert adapter.wait(20.0) == 0
+        assert adapter.wait(60.0) == 0
         ears.close()
 
 

@@ -42,7 +42,7 @@ def turning(made, ears):
         ears.command(3, [1.0] * 50, ears.now(), 0.01)
         return abs(made.rig.bench.state['load_speed'][0]) > 0.3
     wait_for(turns, 'the motor turns')
-    made.tap.said.clear()
+    made.tap.forget()
 
 
 def went_down(made, since):
@@ -64,7 +64,7 @@ def test_it_is_led_by_its_lifecycle_and_ends_in_order_by_two_interrupts(name, tm
         assert hands.change(Transition.TRANSITION_DEACTIVATE)
         went_down(made, since)
         assert hands.change(Transition.TRANSITION_CLEANUP)
-        made.tap.said.clear()
+        made.tap.forget()
         sleep(0.5)
         assert not made.pushes
         assert made.tap.said in ([], ['off'])
@@ -112,7 +112,7 @@ def test_however_its_driver_ends_the_motor_has_no_torque_and_stays_so(stand, end
             status, said = driver.wait()
             assert status == (-end if end is signal.SIGKILL else 0), said
             assert 'Traceback' not in said
-        stand.tap.said.clear()
+        stand.tap.forget()
         sleep(0.3)
         assert not stand.pushes
         assert stand.tap.said in ([], ['off'])

@@ -16,7 +16,7 @@ def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_
         turning(link)
         made.tap.wire.send([(0x22, b'')])  # Estop, from anybody on the bus
         link.says('(emergency stop requested), not reset; deactivate and activate the driver')
-        made.tap.said.clear()
+        made.tap.forget()
         sleep(0.5)
         assert not made.pushes
         assert 'clear' not in made.tap.said and 'enable' not in made.tap.said
@@ -32,7 +32,7 @@ def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
         made.tap.wire.send([(0x38, bytes(1))])  # Clear_Errors
         link.says('another driver is on this bus')
         link.says('the drive is stopped, and stays in switch on disabled, not reset; deactivate')
-        made.tap.said.clear()
+        made.tap.forget()
         sleep(0.5)
         assert not made.pushes
         assert 'enable' not in made.tap.said
@@ -44,7 +44,7 @@ def stays_down(made, link, why='the drive was told to give no torque, by another
     """Check that nobody enables a drive that another than the driver has stopped, until asked."""
     link.says(why)
     wait_for(lambda: not made.pushes, 'the motor has no torque')
-    made.tap.said.clear()
+    made.tap.forget()
     since = link.link.now()
 
     def later():

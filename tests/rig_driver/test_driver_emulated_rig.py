@@ -5,8 +5,9 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+from time import time_ns
 
-from driver_bench import DriverProcess, instant, Listener, wait_for
+from driver_bench import DriverProcess, instant, later, Listener, wait_for
 import numpy as np
 import pytest
 
@@ -65,24 +66,35 @@ def machine(running):
     return running
 
 
+def driven(ears: Listener) -> None:
+    """Command five seconds of 1 V, again and again until they are played."""
+    wait_for(lambda: 1.0 in ears.current[-1].voltage
+             or ears.command(VOLTAGE, [1.0] * 100, ears.now(), 0.05), 'the command is played')
+
+
 def voltages(machine: Machine, since: int) -> np.ndarray:
     return machine.ears.column(machine.ears.current, 'voltage', since)[1]
 
 
 def test_it_moves_the_load_at_the_commanded_speed_without_losing_a_sample(machine):
     ears = machine.ears
-    with ears.every_sample() as first:
+
+    def speed():
         start = ears.now() + 20_000_000
         for part in range(4):
             ears.command(VELOCITY, [0.2] * 150, start + part * 300_000_000, PERIOD)
-        ears.more_samples(125)
-    _, angles = ears.column(ears.encoder, 'load_position', first)
-    _, speeds = ears.column(ears.current, 'reference_velocity', first)
-    held = np.flatnonzero(speeds[:len(angles)] == 0.2)
-    assert len(held) >= 598
-    late = held[held > held[0] + 300][:250]
-    assert (angles[late[-1]] - angles[late[0]]) / ((late[-1] - late[0]) * PERIOD) == \
-        pytest.approx(0.2, rel=0.05)
+        over = start + 1_200_000_000
+        wait_for(lambda: later(ears.encoder, over) and later(ears.current, over), 'it is over')
+        settled = start + 600_000_000
+        numbers, angles = (of[:250] for of in ears.column(
+            ears.encoder, 'load_position', settled))
+        same, speeds = (of[:250] for of in ears.column(
+            ears.current, 'reference_velocity', settled))
+        np.testing.assert_array_equal(numbers, same)
+        held = (speeds == 0.2).all()  # a busy machine hears it late, or lets a set-point grow old
+        return held and (angles[-1] - angles[0]) / ((numbers[-1] - numbers[0]) * PERIOD)
+    with ears.every_sample():
+        assert wait_for(speed, 'the speed is held') == pytest.approx(0.2, rel=0.05)
 
 
 def test_it_measures_all_that_the_bench_has(machine):
@@ -106,19 +118,18 @@ def test_it_recovers_from_a_fault_that_the_drive_tells(machine):
 
 def test_it_recovers_when_the_rig_was_killed_and_started_again(machine):
     ears = machine.ears
-    ears.command(VOLTAGE, [1.0] * 2500, ears.now(), PERIOD)
-    wait_for(lambda: 1.0 in ears.current[-1].voltage, 'the command is played')
+    driven(ears)
     last = ears.current[-1]
     machine.rig.send_signal(signal.SIGKILL)
     machine.rig.wait()
     status = ears.hears('nodes', 'drive (node 1) is silent: no heartbeat within 0.5 s', 2)
     assert 'since 20' in status.message
-    before = len(ears.current)
+    since = time_ns()
     machine.rig = machine.start_rig()
     ears.hears('nodes', 'ok', 0)
-    wait_for(lambda: len(ears.current) > before + 30, 'samples come again')
+    wait_for(lambda: len(later(ears.current, since)) > 30, 'samples come again')
     ears.all_well()
-    assert not voltages(machine, before).any(), 'nothing of the old command'
+    assert not voltages(machine, since).any(), 'nothing of the old command'
     again = ears.current[-1]
     assert again.sequence > last.sequence + 250
     assert instant(again) - instant(last) == (again.sequence - last.sequence) * 2_000_000
@@ -129,30 +140,29 @@ def test_it_recovers_when_the_hub_was_killed_and_started_again(machine):
     machine.hub.send_signal(signal.SIGKILL)
     machine.hub.wait()
     ears.hears('bus', 'the bus is gone', 2)
-    before = len(ears.current)
+    since = time_ns()
     machine.hub = machine.start_hub()
     ears.hears('bus', 'ok', 0)
-    wait_for(lambda: len(ears.current) > before + 30, 'samples come again')
+    wait_for(lambda: len(later(ears.current, since)) > 30, 'samples come again')
     ears.all_well()
 
 
 def test_it_leaves_a_still_drive_when_it_is_stopped(machine):
     said = machine.driver.close()
     assert machine.driver.process.returncode == 0, said
+    since = time_ns()
     machine.driver = DriverProcess('machine', bus__channel=machine.channel,
                                    sync_period=PERIOD, block_size=5)
-    before = len(machine.ears.current)
-    wait_for(lambda: len(machine.ears.current) > before + 10, 'a new driver takes over')
+    wait_for(lambda: len(later(machine.ears.current, since)) > 10, 'a new driver takes over')
     assert machine.ears.current[-1].sequence < 1_000_000
     machine.ears.all_well()
 
 
 def test_it_takes_over_a_rig_whose_driver_was_killed_while_it_drove(machine):
-    machine.ears.command(VOLTAGE, [1.0] * 2500, machine.ears.now(), PERIOD)
-    wait_for(lambda: 1.0 in machine.ears.current[-1].voltage, 'the command is played')
+    driven(machine.ears)
     machine.driver.process.send_signal(signal.SIGKILL)
     machine.driver.process.communicate()
-    before, told = len(machine.ears.current), len(machine.ears.diagnoses)
+    since, told = time_ns(), len(machine.ears.diagnoses)
     machine.driver = DriverProcess('machine', bus__channel=machine.channel,
                                    sync_period=PERIOD, block_size=5)
 
@@ -162,8 +172,8 @@ def test_it_takes_over_a_rig_whose_driver_was_killed_while_it_drove(machine):
                    for text in (status.message, *(pair.value for pair in status.values)))
 
     # without SYNC the drive has gone to fault with 8140h by itself
-    wait_for(lambda: len(machine.ears.current) > before + 10, 'a new driver takes over')
+    wait_for(lambda: len(later(machine.ears.current, since)) > 10, 'a new driver takes over')
     wait_for(lambda: said('the drive is in fault'), 'the fault is told')
     machine.ears.all_well()
     machine.ears.hears('drive', 'ok', 0)
-    assert not voltages(machine, before).any()
+    assert not voltages(machine, since).any()

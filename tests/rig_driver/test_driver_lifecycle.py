@@ -106,8 +106,8 @@ def test_it_follows_its_lifecycle_and_leaves_the_drive_disabled(led):
     assert hands.change(ACTIVATE)
     wait_for(lambda: rig.status == ENABLED, 'the drive is enabled')
     wait_for(lambda: ears.current, 'samples come')
-    ears.command(1, [3.0], ears.now())
-    wait_for(lambda: any(one[1] == 3.0 for one in rig.taken), 'the command is played')
+    wait_for(lambda: any(one[1] == 3.0 for one in rig.taken)
+             or ears.command(1, [3.0], ears.now()), 'a command is heard in time and played')
     assert hands.change(DEACTIVATE)
     assert rig.status == DISABLED
     assert rig.taken[-1][1] == 0.0

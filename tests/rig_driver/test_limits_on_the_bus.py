@@ -33,6 +33,7 @@ class Held:
         for name, sign in zip(NAMED[mode], (1.0, -1.0), strict=False):
             assert self.hands.set(name, sign * value).successful
         self.ears.more_samples(2)
+        self.bus.catch_up()
         return len(self.bus.said)
 
     def follows(self, mode, sign, limit):

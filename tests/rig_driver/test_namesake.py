@@ -67,7 +67,7 @@ def test_a_second_one_of_a_namespace_ends_and_says_why(words, tmp_path):
         assert first.poll() is None
     finally:
         first.send_signal(signal.SIGINT)
-        assert first.wait(30.0) == 0
+        assert first.wait(60.0) == 0
         ears.close()
 
 

@@ -74,7 +74,7 @@ def test_it_ends_with_the_motor_off_where_the_wall_clock_is_set(step, tmp_path):
     try:
         wait_for(lambda: heard or samples.publish(Encoder()), 'it plays')
         clock.set(step)
-        _, said = player.communicate(timeout=15.0)
+        _, said = player.communicate(timeout=60.0)
         assert player.returncode == 1
         assert f'the clock was set by {step:+.1f} s; the rest is not played' in said
         wait_for(lambda: heard[-1].mode == Command.OFF, 'the motor is off')

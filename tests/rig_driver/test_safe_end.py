@@ -8,7 +8,7 @@ from time import monotonic, sleep
 
 from can_watcher import CanWatcher, DISABLED, ENABLED, FAULT
 from driver_bench import alive, CONFIG, DriverProcess, Listener, wait_for
-from held_up import held_up_since
+from held_up import held_up_since, watch
 from lifecycle_msgs.msg import Transition
 import pytest
 from scripted_rig import ScriptedRig
@@ -37,6 +37,7 @@ def bench(tmp_path_factory):
     channel = str(tmp_path_factory.mktemp('bench') / 'rig.can')
     with CanHub(channel):
         rig = subprocess.Popen([*EMULATOR, channel], stderr=subprocess.DEVNULL)
+        watch(rig.pid)
         watcher = CanWatcher(channel)
         try:
             wait_for(lambda: watcher.beaten, 'the drive beats', 60.0)
@@ -102,6 +103,7 @@ def test_a_driver_that_was_led_down_by_hand_stays_down_though_it_started_itself(
     hands = Hands(ears)
 
     def stays_down(state):
+        watcher.catch_up()
         managed = len(watcher.managed)
         sleep(10 * QUICK['retry_period'] + 0.3)
         assert watcher.ask() == DISABLED
@@ -175,6 +177,8 @@ def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, 
                               stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                               start_new_session=True)
     pids = [int(word) for word in parent.stdout.readline().split()]
+    for pid in pids:
+        watch(pid)
     watcher = CanWatcher(channel)
     ears = Listener('all', commands=False)
     try:

@@ -151,6 +151,12 @@ class Wiretap(BusListener):
             if self.said[-1:] != [said]:
                 self.said.append(said)
 
+    def forget(self) -> None:
+        """Forget what the bus has said until now."""
+        self.catch_up()
+        self.said.clear()
+        self.counts.clear()
+
     def fail(self, code: int) -> None:
         """Make the emulated drive fail with a code of its own."""
         if self.name == 'canopen':

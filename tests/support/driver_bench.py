@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import takewhile
 import os
 from pathlib import Path
 import signal
@@ -14,6 +15,7 @@ from time import monotonic, sleep
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from held_up import watch
 import numpy as np
 import rclpy
 from rclpy.context import Context
@@ -60,6 +62,7 @@ class DriverProcess:
              '-r', f'__ns:=/{namespace}',
              *[word for parameter in told for word in ('-p', parameter)]],
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=dict(os.environ))
+        watch(self.process.pid)
 
     def wait(self, patience: float = PATIENCE) -> tuple[int, str]:
         """Return exit status and output of a driver that ends by itself."""
@@ -93,6 +96,7 @@ class Listener:
         self.current: list[Current] = []
         self.joint_states: list[JointState] = []
         self.diagnoses: list[DiagnosticArray] = []
+        self._kinds = self.encoder, self.torque, self.current
         self.context = Context()
         rclpy.init(context=self.context)
         self.node = Node('listener', namespace=namespace, context=self.context)
@@ -129,19 +133,19 @@ class Listener:
         self._command.publish(message)
 
     def now(self) -> int:
-        """Return the time of the latest sample, ns."""
-        return instant(self.encoder[-1])
+        """Return the time of the latest message of samples, ns."""
+        return max(instant(kept[-1]) for kept in self._kinds if kept)
 
     def more_samples(self, number: int = 100) -> int:
-        """Wait for so many further messages; returns how many there were before."""
-        before = len(self.current)
-        wait_for(lambda: min(map(len, (self.encoder, self.torque, self.current)))
-                 >= before + number, f'{number} more messages')
-        return before
+        """Wait for so many more messages of each kind; returns the time of the latest before."""
+        since = self.now() if any(self._kinds) else -1
+        wait_for(lambda: all(len(later(kept, since)) >= number for kept in self._kinds),
+                 f'{number} more messages')
+        return since
 
-    def column(self, kept: list, name: str, first: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        """Return (sequence numbers, values) of a column from message ``first`` on."""
-        kept = kept[first:]
+    def column(self, kept: list, name: str, since: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return (sequence numbers, values) of a column, of messages later than ``since`` ns."""
+        kept = later(kept, since)
         numbers = [message.sequence + np.arange(len(getattr(message, name))) for message in kept]
         return (np.concatenate(numbers),
                 np.concatenate([np.array(getattr(message, name)) for message in kept]))
@@ -149,16 +153,18 @@ class Listener:
     @contextmanager
     def every_sample(self) -> Iterator[int]:
         """
-        Give the number of messages until now; check that from them on no sample is missing.
+        Give the time of the latest message; check that no later sample is missing.
 
         A machine too busy to serve a rig in time makes the driver leave samples out, but never
         without a word: only as many may be missing as it has counted since.
         """
-        first, known = self.more_samples(1), self._left_out()
-        yield first
+        self.more_samples(1)  # now each kind of message is heard
+        since, known = self.now(), self._left_out()
+        yield since
+        self.more_samples(1)
         for kept, name in ((self.encoder, 'load_position'), (self.torque, 'torque'),
                            (self.current, 'current')):
-            numbers, _ = self.column(kept, name, first)
+            numbers, _ = self.column(kept, name, since)
             assert (np.diff(numbers) > 0).all()
             missing = numbers[-1] - numbers[0] + 1 - len(numbers)
             if missing:
@@ -221,6 +227,11 @@ def alive(pid: int) -> bool:
 def instant(message: Any) -> int:
     """Return the stamp of a message as ns."""
     return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def later(kept: list, since: int) -> list:
+    """Return the messages stamped later than ``since`` ns, of those kept in their order."""
+    return list(takewhile(lambda message: instant(message) > since, reversed(kept)))[::-1]
 
 
 def value(status: DiagnosticStatus | None, key: str) -> str | None:

@@ -231,20 +231,39 @@ def test_a_process_that_is_too_young_to_hear_is_ended_in_silence(tmp_path):
     assert processes.said('young') == 'here\n'
 
 
-def test_what_holds_a_motor_ends_first_and_the_others_at_once(tmp_path):
-    slow = ('import signal, time\n'
-            'def end(*_):\n    time.sleep(0.5); print(time.monotonic(), flush=True); exit()\n'
-            'signal.signal(15, end); print("ready", flush=True); time.sleep(600)')
-    names = ('bus', 'rig', 'driver', 'recorder', 'twin')
+ENDING = """
+import signal, sys, time
+from pathlib import Path
+name, folder, *others = sys.argv[1:]
+def end(*_):
+    (folder / name).touch()
+    if not others:
+        time.sleep(0.5)
+    while not all((folder / other).exists() for other in others):
+        time.sleep(0.01)
+    print(*sorted(told.name for told in folder.iterdir()), flush=True)
+    sys.exit()
+folder = Path(folder)
+signal.signal(15, end)
+print('ready', flush=True)
+time.sleep(600)
+"""
+"""Ends once others were told to end as well, and says who was; alone after half a second."""
+
+
+def test_what_holds_a_motor_ends_first_and_the_others_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr('servo_twin.bringup.processes._PATIENCE', 60.0)
+    told, others = tmp_path / 'told', ('bus', 'rig', 'recorder', 'twin')
+    told.mkdir()
     with Processes(tmp_path) as processes:
-        for name in names:
-            processes.start(name, [sys.executable, '-c', slow], first=name == 'driver')
-        for name in names:
-            wait_until(lambda name=name: 'ready' in processes.said(name), name, 20.0, processes)
-    ended = {name: float(processes.said(name).split()[-1]) for name in names}
-    driver = ended.pop('driver')
-    assert min(ended.values()) >= driver + 0.5
-    assert max(ended.values()) < min(ended.values()) + 0.5  # one after the other it would be 1.5
+        for name in ('bus', 'driver', 'rig', 'recorder', 'twin'):
+            processes.start(name, [sys.executable, '-c', ENDING, name, str(told), *(
+                () if name == 'driver' else others)], first=name == 'driver')
+        for name in ('driver', *others):
+            wait_until(lambda name=name: 'ready' in processes.said(name), name, 60.0, processes)
+    assert processes.said('driver').split() == ['ready', 'driver']
+    for name in others:  # one after the other, the first would wait for the rest in vain
+        assert processes.said(name).split() == ['ready', *sorted(('driver', *others))]
 
 
 def test_a_process_that_ends_early_is_told_with_its_last_words(tmp_path):

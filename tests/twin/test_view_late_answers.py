@@ -22,17 +22,17 @@ def test_an_answer_that_comes_too_late_ends_nothing(graph, monkeypatch):
         return next((one['value'] for one in rig._values.listed() if one['path'] == PATH), None)
 
     try:
-        wait_until(lambda: value() is not None, 'the twin has told its values', 30.0)
+        wait_until(lambda: value() is not None, 'the twin has told its values', 60.0)
         before = value()
         twin.process.send_signal(signal.SIGSTOP)
         monkeypatch.setattr(live_rig, '_ANSWERS', 0.2)
         with pytest.raises(Refused, match='the twin did not answer within 0.2 s'):
             asyncio.run(rig.set_value(PATH, before + 1.0))
         twin.process.send_signal(signal.SIGCONT)
-        wait_until(lambda: value() == before + 1.0, 'the late answer has come', 30.0)
-        monkeypatch.setattr(live_rig, '_ANSWERS', 30.0)
+        wait_until(lambda: value() == before + 1.0, 'the late answer has come', 60.0)
+        monkeypatch.setattr(live_rig, '_ANSWERS', 60.0)
         asyncio.run(rig.set_value(PATH, before))
-        wait_until(lambda: value() == before, 'the view goes on', 30.0)
+        wait_until(lambda: value() == before, 'the view goes on', 60.0)
     finally:
         twin.process.send_signal(signal.SIGCONT)
         with monkeypatch.context() as patched:

@@ -92,7 +92,7 @@ def test_it_follows_a_rig_moves_values_and_switches_faults(
                              GetParameters.Request(names=['drive.gain']))
             return answer.values[0].double_value
 
-        wait_until(lambda: gain() == shown, 'the twin has the value of the slider', 20.0)
+        wait_until(lambda: gain() == shown, 'the twin has the value of the slider', 60.0)
         browser.run('link.say({set: {path: "drive.gain", value: 1e9}})')
         assert 'gain' in browser.until('!one("refused").hidden && one("refused").textContent')
         browser.until('state.events.some(e => e.kind === "parameters" && e.at > 0)')
@@ -121,7 +121,7 @@ def test_it_follows_a_rig_moves_values_and_switches_faults(
         # nobody looks any more
         browser.open('about:blank')
         wait_until(lambda: rig.node.count_subscribers('/rig/encoder') == 1,
-                   'the samples pass by', 20.0)
+                   'the samples pass by', 60.0)
     finally:
         feeder.end()
         browser.close()
@@ -132,7 +132,7 @@ def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):
     graph('rig').ready()
     rig = LiveRig('rig')
     try:
-        wait_until(lambda: rig.servo() is not None, 'the twin has told its values', 30.0)
+        wait_until(lambda: rig.servo() is not None, 'the twin has told its values', 60.0)
         assert rig.servo().name == rig.facts()['status']['servo'] != ''
         assert rig.servo() is rig.servo()
     finally:
