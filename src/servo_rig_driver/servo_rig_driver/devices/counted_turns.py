@@ -53,7 +53,7 @@ class CountedTurns:
         self._whole = angle
 
     def angle(self, told: float) -> float:
-        """Return the counted angle, rad, for one of the range; NaN where it is not known."""
+        """Return the counted angle, rad, for one of the range; NaN for one that is held."""
         last, self._last = self._last, told
         if not self._wraps:
             return told if self._within(told) else nan
@@ -68,7 +68,7 @@ class CountedTurns:
             self._unanswered += 1
             if self._unanswered > UNANSWERED:
                 self.give_up()
-        return told + self._turns if self.known or not self.asking else nan
+        return told + self._turns
 
     def _within(self, told: float) -> bool:
         return self._ends.low < told < self._ends.high
