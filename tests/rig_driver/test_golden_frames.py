@@ -115,6 +115,8 @@ def test_a_velocity_is_a_speed_with_a_gain(table, torque, speed, expected):
     # half the range above 0: 3/4 of 65535 = 49151.25 = 0xBFFF; 1 N m/A at the load
     assert name == EXTENDED | 0x01BFFF01
     assert data[4:] == bytes(4)
+    drive.turns.whole(0.0)  # it has told that it did not go round
+    drive.turns.angle(0.0)
     (_, data), = drive.frames(Order.ENABLE, point(Mode.POSITION, pi), 0)
     # (pi + 4 pi) 65535 / 8 pi = 40959.4 = 0x9FFF; kp 60 of 500: 7864.2 = 0x1EB8
     assert struct.unpack('>HHHH', data)[0::2] == (0x9FFF, 0x1EB8)
@@ -163,6 +165,7 @@ def test_cubemars_frames_are_packed_as_in_its_manual():
     drive._state = DriveState.SWITCH_ON_DISABLED
     assert drive.frames(Order.ENABLE, None, 0) == [(1, b'\xff' * 7 + b'\xfc')]
     drive._state = DriveState.OPERATION_ENABLED
+    drive.turns.angle(0.0)  # its shaft stands within the range
     # position (6 + 12.5) 65535 / 25 = 48495.9 = 0xBD6F, speed 0: 4095 / 2 = 2047 = 0x7FF,
     # kp 100 of 500: 819 = 0x333, kd 1 of 5: 819 = 0x333, torque 0: 2047 = 0x7FF
     assert drive.frames(Order.ENABLE, point(Mode.POSITION, 6.0), 0) == [

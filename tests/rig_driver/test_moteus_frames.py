@@ -20,6 +20,7 @@ from servo_rig_driver.devices.moteus_registers import (
 )
 from servo_rig_driver.devices.pdo_table import FrameError
 from servo_rig_driver.devices.tables import SHIPPED
+from servo_rig_driver.driver.limits import Mode, Setpoint
 
 
 def doc_table(folder, **types):
@@ -141,3 +142,26 @@ def test_a_moteus_that_does_not_tell_its_mode_is_left_out_with_a_word(what):
     told = {one.name: 0.0 for one in drive.table.reads} | {what: nan}
     with pytest.raises(FrameError, match=f'the drive tells .*{what} nan'):
         drive.hear(identifier(1, 0), drive.table.reply(told))
+
+
+@pytest.mark.parametrize('side', [1.0, -1.0])
+def test_a_velocity_closes_no_position_loop_where_the_register_of_the_position_ends(side):
+    drive = made(Moteus, MoteusTable('moteus'))
+    told = dict.fromkeys((one.name for one in drive.table.reads), 0.0) | {'mode': 10}
+
+    def gains(turns):
+        """Return position, kp and kd scale that go out once a position was told."""
+        drive.take(identifier(1, 0), padded(drive.table.reply(told | {'position': turns})), 1)
+        (_, data), = drive.frames(Order.ENABLE, Setpoint(0, Mode.VELOCITY, side, None), 0)
+        written, _ = drive.table.parse(data)
+        return [written[name] for name in ('command_position', 'kp_scale', 'kd_scale')]
+
+    # int32 of 0.00001 rev: 2147483647 counts are 21474.83647 rev, and a shaft beyond tells those
+    position, *scales = gains(side * 30_000.0)
+    assert isnan(position) and scales == pytest.approx([0.0, 1.0])
+    assert isnan(drive.reading.motor_position)
+    assert 'does not tell where it stands, as from 134930 rad on' in drive.no_position
+    assert gains(side * 21_474.0) == pytest.approx([side * 21_474.0, 1.0, 1.0])
+    assert not drive.no_position
+    position, *scales = gains(side * 30_000.0)  # the loop that is closed goes on by itself
+    assert isnan(position) and scales == pytest.approx([1.0, 1.0])

@@ -88,6 +88,11 @@ class Device(ABC):
         """Return the smallest and largest reference that the frames carry, by mode; {}: any."""
         return {}
 
+    @property
+    def no_position(self) -> str:
+        """Why the drive is given no position as it stands, and what to do; '' where it may be."""
+        return ''
+
     @abstractmethod
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
         """Bring all nodes to where they answer, without torque; tries for as long as wanted."""

@@ -17,7 +17,7 @@ class DriveSettings:
     of the load, ``torque_constant`` in N m/A at the motor. ``kp`` (N m/rad), ``kd`` and ``brake``
     (N m s/rad) are gains at the load for drives that take them with each command. ``rest_speed``,
     rad/s at the load, ends a quick stop; ``watchdog``, s, is after what silence the drive stops by
-    itself, for drives that are told so over the bus. ``retry`` in s.
+    itself, for drives that are told so over the bus. ``retry`` in s; ``joint`` is the load's name.
     """
 
     node: int
@@ -30,6 +30,7 @@ class DriveSettings:
     brake: float = 0.0
     watchdog: float = 0.1
     retry: float = 0.5
+    joint: str = 'load'
 
     def __post_init__(self) -> None:
         """Raise DeviceError for what a data sheet has to say and nobody has."""

@@ -12,12 +12,15 @@ from .drive_master import DriveState, MAY_PUSH
 from .tables import MALFORMED, read_table
 
 NEEDED = ('control', 'enable', 'stop', 'clear', 'feedback')
+ANSWERS = ('feedback', 'turns_told')
 LAW = ('position', 'velocity', 'kp', 'kd', 'torque')
 """What a command says: the drive's law has no other terms."""
 FIELDS = (*LAW, 'time')
 """What a driver gives a frame beside the ids of drive and host."""
 TOLD = {'position', 'velocity', 'torque', 'temperature', 'fault', 'drive'}
 """What a feedback has to tell."""
+TURNS = {'turns': {'drive'}, 'turns_told': {'drive', 'angle'}}
+"""The question for the angle that a drive has counted, and its answer: a float of 32 bits."""
 BOTH_SIDES, GAINS = ('position', 'velocity', 'torque'), ('kp', 'kd')
 RANGES = (*BOTH_SIDES, *GAINS, 'temperature')
 """Fields that are numbers of a range: without one, a torque of 0 would be the lowest one."""
@@ -101,7 +104,7 @@ def load_mit_table(name: str) -> MitTable:
             {int(key): DriveState[value.upper()] for key, value in states.items()},
             {int(key): str(words) for key, words in faults['words'].items()},
             _choice(f'{name}: faults', faults, 'by', ('bit', 'value')) == 'bit', rate,
-            tuple(key for key in frames if key != 'feedback'))
+            tuple(key for key in frames if key not in ANSWERS))
     except MALFORMED as error:
         if isinstance(error, DeviceError):
             raise
@@ -138,9 +141,15 @@ def _check_frames(name: str, frames: Mapping[str, BitFrame]) -> None:
     if missing:
         raise DeviceError(f'{name}: it has no frame {missing}; needed are {list(NEEDED)}')
     needed = {key: {'drive'} for key in frames} | {
-        'control': {'drive', *LAW}, 'feedback': TOLD}
+        'control': {'drive', *LAW}, 'feedback': TOLD, **TURNS}
+    alone = [key for key in TURNS if key in frames]
+    if len(alone) == 1:
+        raise DeviceError(f"{name}: frame '{alone[0]}' stands alone; {list(TURNS)} go together")
     for key, frame in frames.items():
         if not needed[key] <= frame.fields:
             raise DeviceError(f"{name}: frame '{key}' lacks {sorted(needed[key] - frame.fields)}")
-        if key != 'feedback':
+        if any(field.name == 'angle' and (field.bits, field.constant) != (32, None)
+               for field in frame.data.fields):
+            raise DeviceError(f"{name}: field 'angle' of frame '{key}' is a float of 32 bits")
+        if key not in ANSWERS:
             frame.pack({'drive': 1, 'host': 0} | dict.fromkeys(FIELDS, 0.0))

@@ -8,7 +8,7 @@ feed-forward torque with both gains scaled to zero. Source: mjbots moteus, docs/
 from __future__ import annotations
 
 from contextlib import suppress
-from math import isfinite, nan, tau
+from math import isfinite, isnan, nan, tau
 
 from ..can_bus.bus_port import Frames
 from ..can_bus.unix_frames import EXTENDED, FD
@@ -45,6 +45,7 @@ class Moteus(OnRequest):
         self._uptime: float | None = None  # as it was told last, s
         self._to_drive = identifier(settings.host, settings.node, reply=True)
         self._reads = table.read(table.reads)
+        self._top = table.registers['position'].top
 
     def forget_told(self) -> None:
         """Forget that a position was held, and that a watchdog ran out."""
@@ -84,12 +85,24 @@ class Moteus(OnRequest):
             velocity, gains = point.reference / tau, 1.0
             if not held:  # its position loop would go on from where it was closed last
                 position = self.reading.motor_position / own.ratio / tau
+                held = not isnan(position)  # else it stays open, and the speed alone is held
         elif point is not None and point.mode is Mode.POSITION:
-            position, gains = point.reference / tau, 1.0
-        self._holds = gains > 0.0
+            position, gains, held = point.reference / tau, 1.0, True
+        self._holds = held and gains > 0.0
         return {'mode': self.table.modes['position'], 'command_position': position,
-                'command_velocity': velocity, 'feedforward_torque': torque, 'kp_scale': gains,
-                'kd_scale': gains, 'watchdog_timeout': own.watchdog, 'ilimit_scale': gains}
+                'command_velocity': velocity, 'feedforward_torque': torque,
+                'kp_scale': gains * self._holds, 'kd_scale': gains,
+                'watchdog_timeout': own.watchdog,
+                'ilimit_scale': gains * self._holds}
+
+    @property
+    def no_position(self) -> str:
+        """Why no position is given: its shaft is where the register of the position ends."""
+        if not (self._heard_at and isnan(self.reading.motor_position)):
+            return ''
+        return (f"joint '{self.settings.joint}' does not tell where it stands, as from "
+                f'{self._top * tau:.6g} rad on, where its register ends. Turn it back by a '
+                'velocity or a current, or set its zero with the tool of the drive')
 
     def unsent(self) -> None:
         """Do nothing: each frame says all."""
@@ -120,7 +133,8 @@ class Moteus(OnRequest):
         elif mode == FAULTED or 0 < code < LIMITING:
             self._fault = self.table.faults.get(code, f'fault code {code}')
         own, reading = self.settings, self.reading
-        reading.motor_position = told['position'] * tau * own.ratio
+        turns = told['position'] if abs(told['position']) < self._top else nan  # held at its end
+        reading.motor_position = turns * tau * own.ratio
         reading.load_speed = told['velocity'] * tau
         reading.current = told['q_current']
         reading.current_reference = told['control_torque'] / own.torque_per_ampere

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from math import isnan, nan
+from math import inf, isnan, nan
 from struct import Struct
 
 from ..can_bus.unix_frames import EXTENDED, FD, FD_SIZES, STANDARD_MASK
@@ -45,6 +45,12 @@ class Register:
     number: int
     type: int
     scales: tuple[float, ...]
+
+    @property
+    def top(self) -> float:
+        """The value at which it is held under its type, of either sign; infinite for a float."""
+        return inf if TYPES[self.type] == 'float' else (
+            (-_LOWEST[self.type] - 1) * self.scales[self.type])
 
     def to_bytes(self, value: float) -> bytes:
         """Return a value on the wire: counts held at the ends, the lowest one for NaN; a float."""

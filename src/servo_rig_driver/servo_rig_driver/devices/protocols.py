@@ -28,7 +28,7 @@ def drive_settings(of: Mapping[str, Any]) -> DriveSettings:
     return DriveSettings(
         of['device.id'], of['device.host'], of['device.ratio'], of['device.torque_constant'],
         of['device.rest_speed'], of['device.kp'], of['device.kd'], of['device.brake'],
-        of['device.watchdog'], of['retry_period'])
+        of['device.watchdog'], of['retry_period'], of['joint_names'][-1])
 
 
 def _canopen(of: Mapping[str, Any], health: RigHealth) -> Made:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 
 from .command_sources import CommandSources
 from .limits import Mode
@@ -49,6 +50,10 @@ class CommandIntake:
             if mode in Mode.__members__.values() and mode not in self._modes:
                 raise Refused(f'the drive does not take mode {Mode(mode).name}; it takes '
                               f'{[mode.name for mode in self._modes]}')
+            no_position = self._link.sampler.device.no_position
+            if mode == Mode.POSITION and no_position:
+                raise Refused(f'position {reference[0] if len(reference) else nan:.4g} rad; '
+                              f'{no_position}')
             receipt = self._player.add(start, mode, period, reference, external_torque, now)
         except Refused as error:
             self._health.event('command.refused', f'command refused: {error}', now)

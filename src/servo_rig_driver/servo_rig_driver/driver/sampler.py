@@ -108,9 +108,18 @@ class Sampler:
         self._asked += 1
         follows = self.master.enabled and not self.device.doubted(now)
         point = self.player.at(instant, now) if follows else None
+        if point is not None and point.mode is Mode.POSITION and self.device.no_position:
+            point = self._no_position(point, now)
         self._pass_on(self._joiner.ask(number))
         self._begun.append((number, point))
         return self.device.ask(number, order, point, now)
+
+    def _no_position(self, point: Setpoint, now: int) -> None:
+        """Drop what is played and waits: the drive would take it for another position."""
+        self.player.clear()
+        self.health.event('command.no_position', 'command dropped, motor at zero: '
+                          f'{point.reference:.4g} rad cannot be held; {self.device.no_position}',
+                          now)
 
     def answered_twice(self, now: int) -> bool:
         """Whether requests have been answered twice for LOOKS: another node has come."""

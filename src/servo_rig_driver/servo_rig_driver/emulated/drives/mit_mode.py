@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import inf
+import struct
 
 from ...can_bus.unix_frames import EXTENDED
 from ...devices.drive_settings import DriveSettings
@@ -67,7 +68,11 @@ class EmulatedMit(OneDrive):
             # a model without a frame of its own for it clears its fault by leaving the mode
             if name == 'clear' or self._clears_by_stop:
                 self.faults = 0
-        self._answer()
+        if name == 'turns':
+            self._send_flagged('turns_told', angle=int.from_bytes(
+                struct.pack('<f', self.load_angle), 'little'), status=0)
+        else:
+            self._answer()
         return True
 
     @property
@@ -93,11 +98,13 @@ class EmulatedMit(OneDrive):
         angle = self.load_angle
         if self.table.wraps:
             angle = (angle - span.low) % (span.high - span.low) + span.low
-        identifier, data = self.table.frames['feedback'].pack(self._ids | {
-            'mode': RUN if self.running else RESET, 'fault': self.faults, 'position': angle,
-            'velocity': self.load_speed,
-            'torque': out[rig_sampling.CURRENT] * self.torque_per_ampere,
-            'temperature': out[rig_sampling.TEMPERATURE]})
+        self._send_flagged(
+            'feedback', mode=RUN if self.running else RESET, fault=self.faults, position=angle,
+            velocity=self.load_speed, torque=out[rig_sampling.CURRENT] * self.torque_per_ampere,
+            temperature=out[rig_sampling.TEMPERATURE])
+
+    def _send_flagged(self, name: str, **values: float) -> None:
+        identifier, data = self.table.frames[name].pack(self._ids | values)
         self.send([(identifier | (EXTENDED if self.table.extended else 0), data)])
 
     def own(self, identifier: int, data: bytes) -> str:
