@@ -14,6 +14,7 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
+from .certainty import spread
 from .cut import Cut
 from .gap import Gap, shrink_interval
 from .simulated_gap import Diverged, simulated
@@ -137,22 +138,24 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
         now = [np.atleast_1d(np.abs(np.subtract(one.values.get(path, off), off)))
                for path, off in known.items()]
         least = [np.abs(scale.get(path, 0.0)) for path in known]
-        sure = [_std(best.estimate, one, path) if len(size) == 1 else 0.0 for path, size in zip(
-            known, now, strict=True)]  # those of a curve make up for each other
+        sure = [_std(best.estimate, one, begun, path) if len(size) == 1 else 0.0
+                for path, size in zip(known, now, strict=True)]  # a curve's make up for each other
         if now and all(np.max(size) <= max(PRACTICAL * np.max(most), std)
                        for size, most, std in zip(now, least, sure, strict=True)):
             return number
     return None
 
 
-def _std(estimate: Estimate | None, one: Added, path: str) -> float:
+def _std(estimate: Estimate | None, one: Added, begun: Sequence[Added], path: str) -> float:
     """
     Return the standard deviation of a single value of an effect; 0.0 where it is not known.
 
-    It is that of the fit, or of the equations where it is held at what these say.
+    It is that of the fit, at least half of what the equations (``begun``) say otherwise, or of the
+    equations where it is held at what these say.
     """
-    fitted = {} if estimate is None or path not in one.fitted else estimate.std_within
-    known = fitted or one.stds
+    known = one.stds
+    if estimate is not None and path in one.fitted:
+        known = spread([other for other in begun if other.part is one.part], estimate)
     return known.get(path, known.get(f'{path}[0]', 0.0))
 
 
