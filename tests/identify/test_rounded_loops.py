@@ -5,6 +5,7 @@ from test_selection import named_by_equations, recorded, SERVO, without
 
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms import user_effects
+from servo_twin.physics import catalogue
 from servo_twin.physics.catalogue import find, register
 from servo_twin.physics.servo import Placed
 
@@ -37,6 +38,7 @@ class BoucWen(Mesh):
 def rig(tmp_path, monkeypatch):
     """Return a rig with loops of an exponent; the diagnosis does not know their law."""
     (tmp_path / 'bouc_wen.py').write_text(BOUC_WEN)
+    monkeypatch.setattr(catalogue, '_FOREIGN', {})
     register(tmp_path)
     monkeypatch.setattr(user_effects, 'registered', list)
     return lambda exponent: SERVO.with_effects(Placed('loop', find('bouc_wen'), 'mesh'), values={
