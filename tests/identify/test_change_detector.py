@@ -67,6 +67,7 @@ def test_it_says_an_alarm_once_until_it_learns_anew():
     assert watch.push(10_000, rows[5000:]) == []
 
 
+@pytest.mark.long
 def test_it_takes_out_what_an_imperfect_twin_owes_to_the_motion():
     """At the stated rate one stream in a hundred has a false change: two of five are too many."""
     time = np.arange(round(400.0 / PERIOD)) * PERIOD

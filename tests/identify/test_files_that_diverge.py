@@ -8,6 +8,7 @@ from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.handover.simulated_gap import Diverged
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('moved', [True, False], ids=['the new file', 'it without an effect'])
 def test_the_answer_stands_where_a_file_diverges(monkeypatch, moved):
