@@ -1,17 +1,17 @@
 """A twin that is simulated over a recording comes down to the noise where nothing is missing."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic_recordings import from_rest
 
 import servo_identify as si
 from servo_identify.diagnose.handover.simulated_gap import simulated
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
-from servo_twin.physics.simulate import initial_state, inputs_of, simulate
-from servo_twin.recording.recording import COLUMNS, Recording
 
 JOINT = servo_file.loads("""
 servo: joint
@@ -50,14 +50,8 @@ def test_the_zero_between_the_encoders_is_estimated(family):
 @pytest.mark.parametrize('ahead', [0.0, 0.6, 1.0])
 def test_a_current_that_is_read_after_its_command_acts_is_no_gap(ahead):
     time, chance = np.arange(0.0, 8.0, 4e-3), np.random.default_rng(1)
-    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
-    columns['voltage'] = 2.0 * np.sin(3.0 * time) + chance.normal(0.0, 0.4, len(time))
-    y = simulate(JOINT, inputs_of(columns), 4e-3, initial_state(JOINT, 0.0, 0.0),
-                 'measured_input')
-    current = (1.0 - ahead) * y[:, 3] + ahead * np.append(y[1:, 3], y[-1, 3])
-    columns |= {'motor_position': y[:, 0] + chance.normal(0.0, 1e-4, len(y)),
-                'current': current + chance.normal(0.0, 0.02, len(y))}
-    gap = simulated(JOINT, [Recording('noisy', 4e-3, columns, digest='0' * 64)]).gap
+    command = 2.0 * np.sin(3.0 * time) + chance.normal(0.0, 0.4, len(time))
+    gap = simulated(JOINT, [from_rest(JOINT, command, 4e-3, chance, ahead)]).gap
     assert gap.rms('current') == pytest.approx(0.02, rel=0.1)
     assert gap.rms('motor_position') == pytest.approx(1e-4, rel=0.2)
 
@@ -65,14 +59,11 @@ def test_a_current_that_is_read_after_its_command_acts_is_no_gap(ahead):
 @pytest.mark.parametrize('begin', [1.8, 1.9, 2.0, 2.05])
 def test_a_recording_that_begins_as_a_shaft_speeds_up_among_detents_is_no_gap(begin):
     time, chance = np.arange(0.0, 4.0, 5e-4), np.random.default_rng(3)
-    columns = {name: np.full(len(time), np.nan) for name in COLUMNS}
-    columns['voltage'] = np.where(time < 2.2, 0.8 * np.sin(3.0 * np.pi * time), 0.0)
-    y = simulate(TABLE, inputs_of(columns), 5e-4, initial_state(TABLE, 0.0, 0.0),
-                 'measured_input')
-    columns |= {'motor_position': y[:, 0] + chance.normal(0.0, 1e-5, len(y)),
-                'current': y[:, 3] + chance.normal(0.0, 0.006, len(y))}
-    rest = {name: column[round(begin / 5e-4):].copy() for name, column in columns.items()}
-    gap = simulated(TABLE, [Recording('caught', 5e-4, rest, digest='0' * 64)]).gap
+    command = np.where(time < 2.2, 0.8 * np.sin(3.0 * np.pi * time), 0.0)
+    whole = from_rest(TABLE, command, 5e-4, chance)
+    rest = replace(whole, columns={name: column[round(begin / 5e-4):].copy()
+                                   for name, column in whole.columns.items()})
+    gap = simulated(TABLE, [rest]).gap
     assert gap.rms('motor_position') < 3e-5
 
 

@@ -37,6 +37,10 @@ class Freedom:
         return len(self.names)
 
 
+NOTHING_FREE = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
+"""Where only starts are estimated, or nothing at all."""
+
+
 def freedom_of(servo: Servo, free: Sequence[str], bounds: Mapping[str, tuple[float, float]] | None,
                tolerance: bool = True) -> Freedom:
     """

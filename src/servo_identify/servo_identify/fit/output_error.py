@@ -22,7 +22,7 @@ from servo_twin.recording.recording import Recording
 from .estimate import bag_name, Estimate, servo_with
 from .fit_choices import WEIGHTS
 from .fit_problem import COARSE, FINE, FINEST, Normal, Problem
-from .free_values import Freedom, freedom_of, tolerated
+from .free_values import Freedom, freedom_of, NOTHING_FREE, tolerated
 from .levenberg_marquardt import SHARES, solved
 from .segments import CHANNELS, courses_of
 from .shooting import Shooting, Unknowns
@@ -97,8 +97,7 @@ def misfit(servo: Servo, recordings: Sequence[Recording], *, mode: str = 'measur
     """
     shooting = Shooting(servo, courses_of(servo, recordings, mode, horizon, channels), mode)
     try:
-        nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
-        problem = Problem(shooting, nothing, False, False)
+        problem = Problem(shooting, NOTHING_FREE, False, False)
         raw = problem.raw_of(shooting.beginning(servo.theta))
         return _rms(problem, np.where(np.isfinite(raw), raw, np.nan))
     finally:

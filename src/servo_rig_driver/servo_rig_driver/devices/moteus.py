@@ -88,12 +88,12 @@ class Moteus(OnRequest):
                 held = not isnan(position)  # else it stays open, and the speed alone is held
         elif point is not None and point.mode is Mode.POSITION:
             position, gains, held = point.reference / tau, 1.0, True
-        self._holds = held and gains > 0.0
+        loop = gains if held else 0.0
+        self._holds = loop > 0.0
         return {'mode': self.table.modes['position'], 'command_position': position,
                 'command_velocity': velocity, 'feedforward_torque': torque,
-                'kp_scale': gains * self._holds, 'kd_scale': gains,
-                'watchdog_timeout': own.watchdog,
-                'ilimit_scale': gains * self._holds}
+                'kp_scale': loop, 'kd_scale': gains, 'watchdog_timeout': own.watchdog,
+                'ilimit_scale': loop}
 
     @property
     def no_position(self) -> str:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...fit.fit_problem import Problem
-from ...fit.free_values import Freedom
+from ...fit.free_values import NOTHING_FREE
 from ...fit.levenberg_marquardt import solved
 from ...fit.segments import Course, LEAST
 from ...fit.shooting import Shooting, Unknowns
@@ -27,8 +27,7 @@ STEPS = 2
 
 def of_starts(shooting: Shooting) -> tuple[Problem, np.ndarray]:
     """Return the problem of the starts alone, and which recordings have both encoders."""
-    nothing = Freedom((), *(np.array([], dtype=t) for t in (int, float, float, float)))
-    problem = Problem(shooting, nothing, False, False)
+    problem = Problem(shooting, NOTHING_FREE, False, False)
     problem.be_modest()
     both, problem.zeroed = problem.zeroed, np.zeros(0, dtype=int)  # the torsion is centred instead
     return problem, both
