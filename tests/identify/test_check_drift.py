@@ -189,3 +189,23 @@ def test_a_spring_that_a_known_weight_winds_up_is_no_other_ratio(known, wrong):
         **nothing, 'load_position': angle + 1e-5 * chance.standard_normal(len(time)),
         'motor_position': motor + 1e-4 * chance.standard_normal(len(time))})
     assert bool(said([one], 'encoders show a ratio', servo)) == (not known or wrong != 1.0)
+
+
+def test_a_clearance_and_a_spring_that_the_current_shows_are_no_other_ratio():
+    smooth = {path: 0.0 for path in BENCH.values if path.rpartition('.')[2] in ('level', 'slope')}
+    servo = BENCH.with_values(smooth | {
+        'mechanism.stiffness': 900.0, 'mechanism.ratio': 18.0, 'mechanism.load_inertia': 0.05,
+        'mechanism.rotor_inertia': 1e-6}).with_effects(
+        Placed('centring', find('spring_load'), 'load'), values={
+            'effects.centring.stiffness': 25.0, 'effects.centring.rest': 0.0})
+    time, chance = np.arange(8000) * 1e-3, np.random.default_rng(3)
+    waves = ((0.5, 1.9), (0.08, 12.6))
+    angle = sum(size * np.sin(rate * time) for size, rate in waves)
+    torque = sum((25.0 - 0.05 * rate**2) * size * np.sin(rate * time) for size, rate in waves)
+    motor = 18.0 * (angle + torque / 900.0 + 0.009 * np.tanh(torque / 6.0))
+    one = Recording('steering', 1e-3, {
+        **{name: np.full(len(time), np.nan) for name in COLUMNS},
+        'load_position': angle + 1e-5 * chance.standard_normal(len(time)),
+        'motor_position': motor + 1e-4 * chance.standard_normal(len(time)),
+        'current': torque / 18.0 / servo.numbers['drive.torque_constant']})
+    assert not said([one], 'encoders show a ratio', servo)

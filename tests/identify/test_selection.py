@@ -261,6 +261,21 @@ def test_an_error_of_many_numbers_is_found_over_the_turns_of_a_motor():
         ('transmission_error', 'mesh')}
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize('soft', [0.0, 0.6], ids=['harder at large torque', 'softer at small'])
+def test_a_spring_that_bends_away_from_the_stiffness_of_the_file_at_either_end_is_found(soft):
+    stiffness = SERVO.numbers['mechanism.stiffness']
+    torsion = np.max(np.abs(recorded(SERVO, 1).columns['torque'])) / stiffness
+    rig = with_effect('nonlinear_stiffness', 'mesh', soft=soft * stiffness, reach=0.2 * torsion,
+                      cubic=0.0 if soft else stiffness / torsion**2)
+    found = explained(residual_samples([recorded(rig, seed) for seed in (1, 2)], SERVO))
+    search = found.search
+    left = [search.power(search.fitted(search.nothing.choice.plus(number, side))).max()
+            for number, one in enumerate(found.hypotheses) for side in (0, 1)
+            if one.mechanism.name == 'nonlinear_stiffness' and one.either]
+    assert min(left) < 0.05 * search.power(search.nothing).max()
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_a_coupling_that_is_stiffer_one_way_has_a_nonlinear_stiffness():

@@ -2,12 +2,14 @@ r"""
 The ratio that two encoders show, held against that of the servo file.
 
 .. math:: \theta_m / N - \theta_l = s\,\theta_l + a\,\ddot\theta_l + b\,\dot\theta_l
-          + c\,\mathrm{sgn}\,\dot\theta_l + e(\theta_l) + z
+          + c\,\mathrm{sgn}\,\dot\theta_l + d\,T + e(\theta_l) + z
 
 Twist, backlash and, of a load that turns once around, eccentric encoders have their own terms, so
-that s is what a ratio of N (1 + s) leaves. Where the motion does not tell the angle from the
-twist, as one sine, nothing is said. Nor is it where s makes up for less over the whole motion than
-what comes and goes, which is never all in the terms: torsion, backlash and hysteresis.
+that s is what a ratio of N (1 + s) leaves. T is the torque of the drive, where it is known: a
+spring at the load twists the transmission in proportion to the angle. Where the motion does not
+tell the angle from the twist, as one sine, nothing is said. Nor is it where s makes up for less
+over the whole motion than what comes and goes, which is never all in the terms: torsion, backlash
+and hysteresis.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from servo_twin.physics.servo import Servo
 from .finding import Finding
 from .mistakes import MISTAKE
 from .pooled import Columns, pooled
+from .rough_balances import torque_of_drive
 from .shown_parting import torsion_of
 from .signals import ANGLES, Signals, TURN
 
@@ -41,7 +44,10 @@ def ratio_findings(seen: Sequence[Signals], servo: Servo, sure: float) -> list[F
     if not both:
         return []
     around = not servo.linear and max(np.ptp(at.plain['load_position']) for at in both) > TURN
-    columns = [_columns(at, ratio, around) for at in both]
+    torques = [torque_of_drive(at, servo) for at in both]
+    known = all(one is not None for one in torques)
+    columns = [_columns(at, ratio, around, one if known else None)
+               for at, one in zip(both, torques, strict=True)]
     if _alike(columns):
         return []
     found = pooled(columns)
@@ -61,9 +67,12 @@ def ratio_findings(seen: Sequence[Signals], servo: Servo, sure: float) -> list[F
                     '(its counts a turn); a belt or a friction drive needs a tolerance')]
 
 
-def _columns(at: Signals, ratio: float, around: bool) -> Columns:
+def _columns(at: Signals, ratio: float, around: bool,
+             driven: tuple[np.ndarray, float] | None) -> Columns:
     load, name = at.plain['load_position'], 'load_position'
     shared = [load, at.acceleration[name], at.speed[name], at.sign[name]]
+    if driven is not None:
+        shared.append(driven[0])
     if around:
         shared += [np.cos(load), np.sin(load)]
     return Columns(at.plain['motor_position'] / ratio - load, np.stack(shared, 1),

@@ -15,6 +15,9 @@ from ..mechanisms.hypothesis import Hypothesis
 from .curves import Curve, Part
 from .laws import Formed, of_orders
 
+MEAN = 0.625
+"""Travel by which an element of hysteresis slips on the average, as a share of the last one's."""
+
 
 def by_orders(part: Part, one: Hypothesis) -> list[Formed]:
     """Return the waves of a periodic mechanism that are worth it as effects; else none."""
@@ -109,8 +112,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name in SHAPED:
         values = SHAPED[name](one, a)
     elif one.detail.get('law') == 'dahl_hysteresis':  # lost angle as torque
-        stiffness = one.detail['stiffness']
-        values = {'level': stiffness * float(a[0]), 'travel': float(one.knots[0]) / stiffness}
+        stiffness, lost = one.detail['stiffness'], float(a[0])
+        values = {'level': stiffness * lost, 'travel': _slips(one.knots[0], lost, stiffness)}
     elif name in ('hysteresis', 'torque_sensor_hysteresis') and one.detail.get('form') != 'curve':
         return _loops(part, one)
     elif name == 'backlash':
@@ -191,15 +194,24 @@ def one_way(curve: Curve, way: float) -> list[Formed]:
 
 
 def _loops(part: Part, one: Hypothesis) -> Formed:
-    """
-    Return hysteresis of a reading, or in torque over torsion from its angle lost over torque.
-
-    Elements that lose the angle ``a`` over the torque ``w`` are, seen from the torsion, elements
-    of the torque K a that slip over about w / K. A reading has no K.
-    """
+    """Return hysteresis of a reading, or over torsion from the angle lost over torque."""
     stiffness = float(one.detail.get('stiffness', 1.0))
     a, widths = np.abs(part.amplitudes), np.asarray(one.knots)
-    level = stiffness * float(part.amplitudes.sum())
-    travel = 2.0 * float(a @ widths) / max(float(a.sum()), 1e-300) / stiffness
-    return Formed(find(part.mechanism.name), {'level': level, 'travel': max(travel, 1e-9)},
-                  ('level', 'travel'), True)
+    mean = float(a @ widths) / max(float(a.sum()), 1e-300)
+    slips = _slips(mean, float(a.sum()), stiffness) if 'stiffness' in one.detail else mean
+    return Formed(find(part.mechanism.name),
+                  {'level': stiffness * float(part.amplitudes.sum()),
+                   'travel': max(slips / MEAN, 1e-9)}, ('level', 'travel'), True)
+
+
+def _slips(torque: float, lost: float, stiffness: float) -> float:
+    r"""
+    Return the torsion, rad, by which elements slip that lose an angle over a torque.
+
+    .. math:: d = w / K - a
+
+    ``torque`` is w, the torque by which they slip, N m; ``lost`` is a, rad. Until they slip they
+    are a spring of K a / d beside the ``stiffness`` K, so that less than w / K is needed. Of
+    several elements it holds for the means: as much energy goes into each loop.
+    """
+    return max(torque / stiffness - lost, FORM * torque / stiffness)

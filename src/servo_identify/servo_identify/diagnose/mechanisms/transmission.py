@@ -20,7 +20,7 @@ from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
 from .slip import slip
 
-BENDS = (0.2, 0.35, 0.55, 0.75)  # shares of the largest torque at which it may bend
+BENDS = np.arange(0.1, 1.0, 0.1)  # shares of the largest torque at which it may bend
 SOFT = (0.03, 0.1)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
 SHARES = ((1.0,), (1.0, 2.0))  # half waves over the travel of an axis, by which it is stiffer
@@ -35,7 +35,8 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
     if not builder.samples.servo.mechanism.compliant:
         yield from filter(None, (_compliance(builder),))
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
-        yield from filter(None, (_bent(builder, top), _one_sided(builder),
+        yield from filter(None, (_bent(builder, top), _bent(builder, top, beyond=True),
+                                 _one_sided(builder),
                                  hysteresis(builder, top),
                                  rounded_loops(builder, top, residual),
                                  creep(builder, residual), _by_load(builder, top)))
@@ -160,20 +161,23 @@ def _backlash(builder: Builder, top: float) -> Hypothesis | None:
                               form=form, detail=as_gap(builder))
 
 
-def _bends(torque: np.ndarray, top: float) -> list[np.ndarray]:
-    """Curves over the size of a torque that bend over, each 1 at the largest."""
-    return [np.minimum(torque / (share * top), 1.0) for share in BENDS]
+def _bent(builder: Builder, top: float, beyond: bool = False) -> Hypothesis | None:
+    """
+    An elasticity that bends: the file has its stiffness at large torque, or at small (``beyond``).
 
-
-def _bent(builder: Builder, top: float) -> Hypothesis | None:
+    The curves are 1 at the largest torque.
+    """
     mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'odd')
 
     def torsion(torque: np.ndarray) -> np.ndarray:
-        return np.sign(torque)[:, None] * np.column_stack(_bends(np.abs(torque), top))
+        size = np.abs(torque)[:, None] / top
+        bends = (np.maximum(size - BENDS, 0.0) / (1.0 - BENDS) if beyond else
+                 np.minimum(size / BENDS, 1.0))
+        return np.sign(torque)[:, None] * bends
 
     form = Form('load', 'N m', 'rad', lambda one: one.transmitted(), torsion)
     return builder.hypothesis(mechanism, builder.of_form('torsion', form), [1] * len(BENDS),
-                              tuple(s * top for s in BENDS), either=True, form=form)
+                              tuple(BENDS * top), either=True, form=form)
 
 
 def _one_sided(builder: Builder) -> Hypothesis | None:
