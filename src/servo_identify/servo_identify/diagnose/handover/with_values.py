@@ -18,12 +18,12 @@ from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.orders import waves
 from ..mechanisms.values import FAR
-from ..mechanisms.varying_values import CHANGES
 from .curves import Curve, Part
 from .effect_values import direct
 from .laws import Formed, of_orders
 
 TURN = 4096  # angles of a turn at which a stiffness is taken from its compliance
+SETTLES = np.geomspace(0.05, 20.0, 60)  # shares of a recording in which a winding may be warm
 
 Together = tuple[list[Formed], dict[str, float]]
 """Effects, and by how much values of the file are others, by path."""
@@ -47,8 +47,10 @@ def with_values(part: Part, one: Hypothesis, servo: Servo) -> Together | None:
         swings = direct(part, one)
         assert swings is not None  # its amplitude is a value of it
         return [swings], _taken_out(float(amplitudes[0]), servo)
-    if law == CHANGES and part.curve is not None:
+    if law == 'torque_constant_change' and part.curve is not None:
         return _changing(part, part.curve, one, servo.numbers['drive.torque_constant'])
+    if law == 'winding_warmth' and part.curve is not None:
+        return _warming(part, part.curve, one, servo)
     if law == 'drive_asymmetry':
         more, by_sign = map(float, amplitudes)
         values = {'difference_by_sign': 2.0 * by_sign / (1.0 + more)}
@@ -80,9 +82,7 @@ def _changing(part: Part, curve: Curve, one: Hypothesis, given: float) -> Togeth
 
     The one that is left holds at rest, or at the middle of the temperatures.
     """
-    assert one.form is not None
-    value = np.vectorize(one.detail['is'])
-    y = value(one.form.shape(curve.x) @ part.amplitudes)
+    y = _values_along(part, curve, one)
     middle, power = (curve.density @ curve.x / curve.density.sum(), 1) if (
         curve.variable == 'temperature') else (0.0, 2)
     x = (curve.x - middle)**power
@@ -95,8 +95,33 @@ def _changing(part: Part, curve: Curve, one: Hypothesis, given: float) -> Togeth
                                 'by_speed': 0.0 if warm else -float(slope)}
     left = curve.size(y - constant - slope * x)
     law = left <= FORM * curve.size(y - given)
-    return [Formed(find(CHANGES), values, ('by_temperature' if warm else 'by_speed',), law)], {
+    effect = find('torque_constant_change')
+    return [Formed(effect, values, ('by_temperature' if warm else 'by_speed',), law)], {
         'drive.torque_constant': float(constant) - given}
+
+
+def _warming(part: Part, curve: Curve, one: Hypothesis, servo: Servo) -> Together:
+    """Return what a resistance rises by with the time, and the one that a run begins with."""
+    y, weight, best = _values_along(part, curve, one), np.sqrt(curve.density), np.inf
+    for settling in np.ptp(curve.x) * SETTLES:
+        table = np.column_stack((np.ones(len(y)), 1.0 - np.exp(-curve.x / settling)))
+        found = np.linalg.lstsq(weight[:, None] * table, weight * y, rcond=None)[0]
+        left = curve.size(y - table @ found)
+        if left < best:
+            best, (cold, rise), time = left, found, float(settling)
+    given = servo.numbers
+    values: dict[str, Value] = {
+        'rise': float(rise), 'settling': time, 'resistance': float(cold),
+        **{name: given[f'drive.{name}'] for name in ('back_emf', 'gain')}}
+    law = best <= FORM * curve.size(y - given['drive.resistance'])
+    return [Formed(find('winding_warmth'), values, ('rise', 'settling'), law)], {
+        'drive.resistance': float(cold) - given['drive.resistance']}
+
+
+def _values_along(part: Part, curve: Curve, one: Hypothesis) -> np.ndarray:
+    """Return a value of the file where its curve was drawn, in the unit of the value."""
+    assert one.form is not None
+    return np.vectorize(one.detail['is'])(one.form.shape(curve.x) @ part.amplitudes)
 
 
 def _rippled(orders: Sequence[float], amplitudes: np.ndarray, along: tuple[float, float],

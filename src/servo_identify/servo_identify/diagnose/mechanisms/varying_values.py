@@ -33,8 +33,10 @@ by its current: its field is weakened, or turned from where the drive takes it t
 
 MOMENTS = {'time': 5, 'speed': 5, 'temperature': 2}
 """Of the range of a variable, between which such a value changes evenly."""
-CHANGES = 'torque_constant_change'
-"""Effect that a torque constant over speed or temperature is handed over with."""
+CHANGES = {('drive.torque_constant', 'speed'): 'torque_constant_change',
+           ('drive.torque_constant', 'temperature'): 'torque_constant_change',
+           ('drive.resistance', 'time'): 'winding_warmth'}
+"""Effect that a value over a variable is handed over with; others get their mean."""
 UNITS = {'time': 's', 'temperature': 'degC', 'speed': 'rad/s'}
 
 
@@ -61,6 +63,9 @@ def _over(builder: Builder, path: str, step: float, mechanism: Mechanism, variab
     table = _scaled(samples, path, step, moments,
                     lambda one, motion: hats(_along(motion, variable), knots))
     unit = dict(samples.servo.declarations())[path].unit
+    law = CHANGES.get((path, variable))
+    if path == 'drive.resistance' and samples.servo.drive.name != 'voltage_drive':
+        law = None  # one that controls its current makes up for it
     form = Form(variable, UNITS[variable], unit, lambda one: _along(one.motion, variable),
                 lambda x: hats(x, knots))
     return builder.hypothesis(
@@ -68,7 +73,7 @@ def _over(builder: Builder, path: str, step: float, mechanism: Mechanism, variab
         [int(variable != 'temperature')] * moments, tuple(knots), either=True, form=form,
         room=_room(samples, path),
         detail={'value': path, 'of': path, 'is': partial(value_of, samples, path)} | (
-            {'law': CHANGES} if path == 'drive.torque_constant' and variable != 'time' else {}))
+            {'law': law} if law else {}))
 
 
 def _room(samples: ResidualSamples, path: str) -> Room:
