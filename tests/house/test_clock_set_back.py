@@ -26,6 +26,7 @@ def ears():
     listener.close()
 
 
+@pytest.mark.long
 @pytest.mark.ros
 @pytest.mark.parametrize('name', NODES)
 def test_its_health_is_told_after_the_clock_was_set_back_by_an_hour(name, ears, tmp_path):

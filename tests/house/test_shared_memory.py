@@ -59,6 +59,7 @@ def multicast_port(pid):
     return bool(sockets & {os.readlink(one) for one in Path(f'/proc/{pid}/fd').iterdir()})
 
 
+@pytest.mark.long
 @pytest.mark.ros
 @pytest.mark.parametrize(('name', 'range_of'), [
     *((name, LOCALHOST) for name in NODES), ('driver', {}), ('twin', {}),

@@ -25,6 +25,7 @@ def waits_in(pipe):
     return int.from_bytes(told, sys.byteorder)
 
 
+@pytest.mark.long
 @pytest.mark.ros
 @pytest.mark.parametrize('name', EVERY)
 def test_a_node_is_heard_though_its_log_is_full(name, tmp_path):

@@ -53,6 +53,7 @@ def went_down(made, since):
     assert [word for word in made.tap.said if word != 'drive'][:2] == ['brake', 'off']
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('name', DRIVES)
 def test_it_is_led_by_its_lifecycle_and_ends_in_order_by_two_interrupts(name, tmp_path):
     code, words = OVER_TEMPERATURE[name]
@@ -92,6 +93,7 @@ def stand(request, tmp_path_factory):
         yield made
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('end', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGKILL,
                                  Transition.TRANSITION_ACTIVE_SHUTDOWN],
                          ids=lambda end: getattr(end, 'name', 'shutdown by its service'))

@@ -30,6 +30,7 @@ def small(pipe):
     fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, SIZE)
 
 
+@pytest.mark.long
 @pytest.mark.ros
 def test_a_driver_samples_and_is_deactivated_though_nobody_reads_its_log(tmp_path):
     channel = str(tmp_path / 'rig.can')

@@ -51,6 +51,7 @@ class Held:
             assert not self.bus.beyond(mode, limit, first, step), mode
 
 
+@pytest.mark.long
 @pytest.mark.ros
 @pytest.mark.parametrize('name', NAMES)
 def test_it_holds_every_mode_to_its_limit_through_changes_of_mode_and_of_limits(name, tmp_path):

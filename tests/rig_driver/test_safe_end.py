@@ -207,6 +207,7 @@ def test_what_one_process_started_ends_with_it_and_the_drive_in_order(tmp_path, 
         parent.wait()
 
 
+@pytest.mark.long
 def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(tmp_path):
     channel = str(tmp_path / 'rig.can')
     with CanHub(channel):
@@ -225,6 +226,7 @@ def test_a_second_rig_on_the_bus_does_not_speak_and_says_why(tmp_path):
             assert first.wait(60.0) == 0
 
 
+@pytest.mark.long
 def test_a_second_rig_leaves_when_it_hears_a_first_one_that_beats_slowly(tmp_path):
     channel = str(tmp_path / 'rig.can')
     with CanHub(channel):

@@ -114,6 +114,7 @@ def test_a_shaft_that_leaves_the_range_while_a_position_is_held_is_let_go(tmp_pa
         wait_for(lambda: made.rig.nodes._five['kp'] == 0.0, 'it has no gain')
 
 
+@pytest.mark.long
 @pytest.mark.ros
 def test_a_driver_that_is_started_again_refuses_a_position_in_a_sentence(tmp_path):
     file = CONFIG / 'drivers' / 'robstride.yaml'

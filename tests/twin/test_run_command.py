@@ -99,6 +99,7 @@ def test_it_leaves_no_process_behind_when_it_is_interrupted(tmp_path, number):
     assert children_of(folder) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize('words, said', [
     (['--rig', '/nowhere/rig.yaml'], 'emulated_rig ended with status 1'),
     (['--family', 'nonsense'], 'player ended with status 2'),
@@ -147,6 +148,7 @@ def test_it_begins_nothing_in_a_namespace_where_another_run_is(tmp_path):
     assert children_of(folder) == []
 
 
+@pytest.mark.long
 def test_it_says_that_a_bus_is_not_there(tmp_path):
     shipped = (CONFIG / 'driver.yaml').read_text()
     driver = tmp_path / 'driver.yaml'
@@ -159,6 +161,7 @@ def test_it_says_that_a_bus_is_not_there(tmp_path):
     assert 'can_nowhere' in done.stderr
 
 
+@pytest.mark.long
 def test_it_says_what_a_real_drive_needs_where_the_driver_file_is_of_the_emulated_one(tmp_path):
     done = subprocess.run(run_command(tmp_path / 'rig', '--no-emulator', '--driver', 'odrive'),
                           capture_output=True, text=True, timeout=120)
@@ -197,6 +200,7 @@ def test_it_imports_a_table_and_looks_at_it(tmp_path, capsys):
     assert (tmp_path / 'out' / 'page.html').exists()
 
 
+@pytest.mark.long
 def test_it_takes_a_shipped_machine_by_its_name(tmp_path, shared_data, capsys):
     table = shared_data / 'emps' / 'DATA_EMPS.mat'
     out = str(tmp_path / 'out')

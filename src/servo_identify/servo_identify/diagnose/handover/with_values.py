@@ -17,7 +17,7 @@ from servo_twin.physics.servo import Servo, Value
 from ..decisions import FORM
 from ..mechanisms.hypothesis import Hypothesis
 from ..mechanisms.orders import waves
-from ..mechanisms.values import FAR
+from ..residuals.nuisance import FAR
 from .curves import Curve, Part
 from .effect_values import direct
 from .laws import Formed, of_orders

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
+from ..residuals.nuisance import FAR
 from .builder import Builder
 from .driven_columns import of_current, through
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
@@ -28,6 +29,8 @@ SHARES = (0.0, 1.0)  # of a command that comes late: more than all of it would b
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 BEGINS, ENDS = (0.02, 1.0), (0.05, 10.0)
 """Shares of the top speed at which the top command begins to be cut, and over which it is."""
+GAINS = np.array((1.0 / FAR - 1.0, -1.0)), np.array((FAR - 1.0, 1.0))
+"""By what shares the gain of a drive may be off, and by what by the sign of the command."""
 SLOWEST = 0.01  # limit of the rate of a command, share of the fastest change that was asked for
 
 
@@ -80,7 +83,8 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         _limited(builder), _rate_limited(builder, residual), _out_of_voltage(builder, residual),
         # a gain that differs by the sign of the command
         'drive.gain' in builder.samples.servo.numbers and shaped(
-            'parameter:gain', both, [0, 0], site='drive', detail={'law': 'drive_asymmetry'})))
+            'parameter:gain', both, [0, 0], site='drive', detail={'law': 'drive_asymmetry'},
+            room=GAINS)))
     period = builder.scales.period
     for name, shares, late in (('current_lag', LAGS, lagged),
                                ('current_lag', LAGS, _lagged_twice),

@@ -12,14 +12,13 @@ from servo_twin.physics.servo import Placed
 
 from ...fit.free_values import SURE
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.nuisance import amplitude_of, FINE, slope, value_of
+from ..residuals.nuisance import amplitude_of, FAR, FINE, room_of, slope, value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .orders import rises, waves
 from .varying_values import VARYING, varying
 
-FAR = 10.0  # times by which a value of a data sheet may be off
 SLOPE = 0.1  # share of a value over which its slope is taken
 
 NAMES = {'drive.torque_constant': 'torque_constant_error',
@@ -62,13 +61,10 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
             column = np.where(samples.rows('controller'), 0.0, column)
         if path in LEVERS:
             column = column - np.where(samples.rows('torque'), samples.base / value, 0.0)
-        if section != 'effects' and value != 0.0:
-            ends = sorted((value / FAR, value * FAR))
-            least, most = max(least, ends[0]), min(most, ends[1])
+        room = (amplitude_of(samples, path, least), amplitude_of(samples, path, most)) if (
+            section == 'effects') else room_of(samples, path, (least, most))
         mechanism = _of_value(path, sites)
-        one = builder.hypothesis(mechanism, Columns(column[:, None]), [0], path=path,
-                                 room=(amplitude_of(samples, path, least),
-                                       amplitude_of(samples, path, most)),
+        one = builder.hypothesis(mechanism, Columns(column[:, None]), [0], path=path, room=room,
                                  form=_line(path, mechanism))
         if one:
             yield one

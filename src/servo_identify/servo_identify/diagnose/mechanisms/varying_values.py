@@ -12,11 +12,11 @@ from servo_twin.physics.servo import Servo
 
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import Motion
-from ..residuals.nuisance import value_of
+from ..residuals.nuisance import room_of, value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .by_recording import apart, between, names_of, repeated, with_changes, within_one
-from .hypothesis import ANY, BY_RECORDING, Columns, Form, Hypothesis, Mechanism, Room
+from .hypothesis import BY_RECORDING, Columns, Form, Hypothesis, Mechanism
 from .orders import hats
 
 VARYING = {
@@ -58,27 +58,26 @@ def _over(builder: Builder, path: str, step: float, mechanism: Mechanism, variab
     low, high = (edge(edge(one) for one in every) for edge in (min, max))
     if not high > low:
         return None
-    moments = MOMENTS[variable]
-    knots = np.linspace(0.0 if variable == 'time' else low, high, moments)
+    knots = np.linspace(low if variable == 'temperature' else 0.0, high, MOMENTS[variable])
+    at_rest = int(variable == 'speed')  # there the value is that of the file
+
+    def shape(x: np.ndarray) -> np.ndarray:
+        return hats(x, knots)[:, at_rest:]
+
+    moments = len(knots) - at_rest
     table = _scaled(samples, path, step, moments,
-                    lambda one, motion: hats(_along(motion, variable), knots))
+                    lambda one, motion: shape(_along(motion, variable)))
     unit = dict(samples.servo.declarations())[path].unit
     law = CHANGES.get((path, variable))
     if path == 'drive.resistance' and samples.servo.drive.name != 'voltage_drive':
         law = None  # one that controls its current makes up for it
-    form = Form(variable, UNITS[variable], unit, lambda one: _along(one.motion, variable),
-                lambda x: hats(x, knots))
+    form = Form(variable, UNITS[variable], unit, lambda one: _along(one.motion, variable), shape)
     return builder.hypothesis(
         replace(mechanism, variables=(*mechanism.variables, variable)), Columns(table),
-        [int(variable != 'temperature')] * moments, tuple(knots), either=True, form=form,
-        room=_room(samples, path),
+        [int(variable != 'temperature')] * moments, tuple(knots[at_rest:]), either=True, form=form,
+        room=room_of(samples, path),
         detail={'value': path, 'of': path, 'is': partial(value_of, samples, path)} | (
             {'law': law} if law else {}))
-
-
-def _room(samples: ResidualSamples, path: str) -> Room:
-    """Return between what amplitudes a value may lie: no inertia is negative."""
-    return (-samples.servo.numbers[path], np.inf) if path.endswith('_inertia') else ANY
 
 
 def _by_recording(builder: Builder, path: str, step: float, mechanism: Mechanism, changes: bool

@@ -18,6 +18,7 @@ BETWEEN = (-1.0, 1.0)  # of the same: a current is read before, after or in the 
 MOVING = (0.0, 1.0)  # of a command that goes straight between rows: the loop may be quicker
 STEP = 0.25  # share of a tolerance over which a slope is taken
 FINE = 1e-3  # share of a ratio over which its slope is taken: its error adds up over the travel
+FAR = 10.0  # times by which a value of a data sheet may be off
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
 
 
@@ -123,6 +124,21 @@ def amplitude_of(samples: ResidualSamples, path: str, value: float) -> float:
     if _scales(samples, path) and value * given > 0.0:
         return given * (1.0 - given / value)
     return value - given
+
+
+def room_of(samples: ResidualSamples, path: str, bounds: tuple[float, float] = (-np.inf, np.inf)
+            ) -> tuple[float, float]:
+    """
+    Return between what the column of a value of drive or mechanism may count.
+
+    Within ``bounds`` and a factor FAR: no inertia is negative, and no gain turns round or vanishes
+    to be made up for by another.
+    """
+    given, (least, most) = samples.servo.numbers[path], bounds
+    if given != 0.0:
+        ends = sorted((given / FAR, given * FAR))
+        least, most = max(least, ends[0]), min(most, ends[1])
+    return amplitude_of(samples, path, least), amplitude_of(samples, path, most)
 
 
 def value_of(samples: ResidualSamples, path: str, amplitude: float) -> float:
