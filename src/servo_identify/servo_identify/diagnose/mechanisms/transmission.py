@@ -20,7 +20,9 @@ from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
 from .slip import slip
 
-BENDS = np.arange(0.1, 1.0, 0.1)  # shares of the largest torque at which it may bend
+BENDS = np.array((0.2, 0.35, 0.55, 0.75))
+"""Shares of the largest torque up to which it may be softer: below, a clearance is alike."""
+BEYOND = np.arange(0.1, 1.0, 0.1)  # shares from which it may be harder, or softer
 SOFT = (0.03, 0.1)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
 SHARES = ((1.0,), (1.0, 2.0))  # half waves over the travel of an axis, by which it is stiffer
@@ -168,16 +170,17 @@ def _bent(builder: Builder, top: float, beyond: bool = False) -> Hypothesis | No
     The curves are 1 at the largest torque.
     """
     mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'odd')
+    shares = BEYOND if beyond else BENDS
 
     def torsion(torque: np.ndarray) -> np.ndarray:
         size = np.abs(torque)[:, None] / top
-        bends = (np.maximum(size - BENDS, 0.0) / (1.0 - BENDS) if beyond else
-                 np.minimum(size / BENDS, 1.0))
+        bends = (np.maximum(size - shares, 0.0) / (1.0 - shares) if beyond else
+                 np.minimum(size / shares, 1.0))
         return np.sign(torque)[:, None] * bends
 
     form = Form('load', 'N m', 'rad', lambda one: one.transmitted(), torsion)
-    return builder.hypothesis(mechanism, builder.of_form('torsion', form), [1] * len(BENDS),
-                              tuple(BENDS * top), either=True, form=form)
+    return builder.hypothesis(mechanism, builder.of_form('torsion', form), [1] * len(shares),
+                              tuple(shares * top), either=True, form=form)
 
 
 def _one_sided(builder: Builder) -> Hypothesis | None:
