@@ -60,6 +60,22 @@ def test_after_a_pause_in_which_all_is_lost_samples_are_those_of_their_instants(
     assert join.lost == 100 + lost
 
 
+@given(st.integers(1, 3), st.integers(1, 700), st.integers(1, 700), st.integers(0, 900))
+@example(1, 300, 5, 250)
+def test_syncs_that_were_left_out_meanwhile_give_no_sample_the_number_of_another(
+        kinds, lost, left_out, at):
+    join, out = SampleJoiner(kinds), []
+    for number in range(3000):
+        if at <= number - 200 < at + left_out:
+            continue  # the machine was too busy to ask
+        out += join.ask(number)
+        for kind in range(kinds if not 200 <= number < 200 + lost else 0):
+            out += join.answer(kind, number, sync_counter(number))
+    assert all(row == [number] * kinds for number, row in out)
+    assert out[-1][0] == 2999
+    assert len(out) + join.lost + join.waiting == 3000 - left_out
+
+
 @given(st.sets(st.tuples(st.integers(0, 1), st.integers(0, 59)), max_size=40), st.booleans())
 def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
     join, out = SampleJoiner(2), []
