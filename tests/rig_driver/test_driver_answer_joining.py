@@ -99,14 +99,24 @@ def test_it_counts_answers_that_nobody_asked_for():
     assert join.unasked == 2
 
 
-@given(st.lists(st.tuples(st.integers(1, 500), st.integers(0, 300)), max_size=6))
-@example([(241, 1), (480, 0)])
-def test_no_sample_is_of_a_sync_that_is_yet_to_go_out(stretches):
-    join, number, answered = SampleJoiner(1), 0, 0
-    for asked, answers in stretches:
-        for _ in range(asked):
-            assert all(sample < number for sample, _ in join.ask(number))
+@given(st.integers(1, 2), st.lists(max_size=8, elements=st.tuples(
+    st.integers(0, 300), st.integers(1, 500), st.integers(0, 300), st.integers(0, 300))))
+@example(1, [(0, 241, 0, 1), (0, 480, 0, 0)])
+@example(1, [(0, 701, 200, 1), (0, 1, 29, 1), (0, 300, 0, 0)])
+def test_samples_come_in_the_order_of_syncs_that_went_out_and_each_once(kinds, stretches):
+    join, number, waiting, asked, out = SampleJoiner(kinds), 0, [], set(), []
+    for left_out, asks, lost, answers in stretches:
+        number += left_out
+        for _ in range(asks):
+            out += join.ask(number)
+            waiting.append(number)
+            assert all(sample in asked for sample, _ in out)
+            asked.add(number)
             number += 1
-        first, answered = answered, min(number, answered + answers)
-        for one in range(first, answered):
-            join.answer(0, one, sync_counter(one))
+        del waiting[:lost]
+        for one in waiting[:answers]:
+            for kind in range(kinds):
+                out += join.answer(kind, one, sync_counter(one))
+        del waiting[:answers]
+    assert [sample for sample, _ in out] == sorted({sample for sample, _ in out})
+    assert len(out) + join.lost + join.waiting + len(join._kept) == len(asked)

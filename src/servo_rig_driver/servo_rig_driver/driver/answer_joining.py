@@ -15,7 +15,11 @@ Samples are kept back until that is known. Numbers may be left out: not every on
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
+from itertools import islice
+from math import inf
+from operator import itemgetter
 from typing import Any
 
 from ..devices.pdo_table import sync_counter, SYNC_COUNTS
@@ -117,8 +121,7 @@ class SampleJoiner:
         row[1] -= 1
         if row[1]:
             return []
-        last = row[0] if counter is None else max(
-            number for number, *_ in self._open if sync_counter(number) == counter)
+        last = row[0] if counter is None else self._last_like(row[0])
         proved = []
         if last == row[0] and self._kept:
             caught_up = row[0] <= self._latest[-1]
@@ -130,19 +133,35 @@ class SampleJoiner:
         self._open.popleft()
         if last == row[0]:
             return [*proved, (row[0], row[2:])]
-        self._kept.append((row[0], row[2:]))
-        self._latest.append(last)
-        if len(self._kept) == 1:
+        if not self._kept:
             self._since, self._were = 0, len(self._open)
+        self._keep((row[0], row[2:]), last)
         return []
+
+    def _keep(self, sample: Sample, last: int) -> None:
+        """Keep a sample; those before it are of SYNCs before its ``last`` one."""
+        below = last
+        for k in reversed(range(len(self._kept))):
+            if self._latest[k] < below:
+                break
+            self._latest[k] = below = self._last_like(self._kept[k][0], below)
+        self._kept.append(sample)
+        self._latest.append(last)
+
+    def _last_like(self, number: int, below: float = inf) -> int:
+        """Return the last SYNC of the count of one that is open, below a number; else that one."""
+        count = sync_counter(number)
+        return next((row[0] for row in reversed(self._open)
+                     if row[0] < below and sync_counter(row[0]) == count), number)
 
     def _uncounted(self, kind: int) -> list[Any] | None:
         row = self._open[-1] if self._open else None
         return None if row is None or row[2 + kind] is not None else row
 
     def _counted(self, kind: int, counter: int) -> list[Any] | None:
-        for row in self._open:
-            if row[0] >= self._next[kind] and sync_counter(row[0]) == counter:
+        first = bisect_left(self._open, self._next[kind], key=itemgetter(0))
+        for row in islice(self._open, first, None):
+            if sync_counter(row[0]) == counter:
                 self._next[kind] = row[0] + 1
                 return row
         return None
