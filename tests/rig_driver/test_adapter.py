@@ -82,6 +82,8 @@ def test_it_takes_the_mapping_files_of_the_import(name):
     ('time: {source: /a.stamp}\ncolumns: {angle: {source: /a.x}}', "no column 'angle'; columns"),
     ('time: {source: /a.stamp}\ncolumns: {torque: {source: /a.x, zero: mean}}', 'whole recording'),
     ('time: {source: /a.stamp}\ncolumns: {torque: {source: /a.x, scale: .nan}}', 'scale = nan is'),
+    ('period: 1.0e-7\ntime: {source: /a.stamp}\ncolumns: {torque: {source: /a.x}}',
+     'period = 1e-07 s is outside .5e-05, 1.; leave it out'),
     ('time: {source: /a.x}\ncolumns: {torque: {source: /a.x}}', 'write /a.stamp'),
     ('time: {source: /a.stamp}\ncolumns: {torque: {source: /a.x, times: b}}', "no 'times' here"),
     ('time: {source: /a.stamp}\nrows: data\ncolumns: {torque: {source: /a.x}}', 'are of tables')])
