@@ -7,11 +7,14 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from driver_bench import Listener, value, wait_for
 import numpy as np
 import pytest
-from sensor_msgs.msg import JointState
+from rcl_interfaces.msg import Log
+from sensor_msgs.msg import ChannelFloat32, JointState
+from std_msgs.msg import Float64, Header
 import yaml
 
 from servo_identify.data.mapping import read_mapping as read_as_import_does
@@ -19,7 +22,7 @@ from servo_rig_driver.adapter.adapter_parameters import DECLARED
 from servo_rig_driver.adapter.clock_offset import ClockOffset
 from servo_rig_driver.adapter.even_samples import EvenSamples, Track, usual_step
 from servo_rig_driver.adapter.mapped_columns import MappingError, read_mapping
-from servo_rig_driver.adapter.message_field import Field, FieldError
+from servo_rig_driver.adapter.message_field import Field, FieldError, stamp_of
 from servo_rig_driver.driver.sample_blocks import COLUMNS
 from servo_twin.bag import read_predictions, read_recording
 from servo_twin.cli import main
@@ -46,12 +49,22 @@ def test_it_reads_a_field_by_the_names_that_the_message_lists():
     both = Field('/dynamic_joint_states.interface_values[hip].values[current]')
     assert both.topic == '/dynamic_joint_states'
     assert both.of(dynamic(position=0.5, current=3.0)) == 3.0
+    one_name = ChannelFloat32(name='leg_1', values=[3.0, 4.0, 5.0, 6.0, 7.0])
+    assert Field('/leg.values[1]').of(one_name) == 4.0  # not where the name has a 1
     with pytest.raises(FieldError, match=r"no 'hips'; names are \['knee', 'hip'\]"):
         Field('/joint_states.position[hips]').of(state)
     with pytest.raises(FieldError, match="there is no 'torque'; there are .*'effort'"):
         Field('/joint_states.torque[hip]').of(state)
     with pytest.raises(FieldError, match='names no field of a topic'):
         Field('/joint_states')
+
+
+def test_it_takes_the_stamp_of_a_message_without_a_header():
+    stamp = Time(sec=3, nanosec=5)
+    for message in (Log(stamp=stamp), JointState(header=Header(stamp=stamp))):
+        assert stamp_of(message) == 3_000_000_005
+    for message in (Float64(data=1.0), JointState(), SimpleNamespace(stamp=2.5)):
+        assert stamp_of(message) == 0
 
 
 @pytest.mark.parametrize('name', ['joint_state', 'ros2_control', 'ros2_control_joint'])
@@ -69,6 +82,8 @@ def test_it_takes_the_mapping_files_of_the_import(name):
     ('time: {source: /a.stamp}\ncolumns: {angle: {source: /a.x}}', "no column 'angle'; columns"),
     ('time: {source: /a.stamp}\ncolumns: {torque: {source: /a.x, zero: mean}}', 'whole recording'),
     ('time: {source: /a.stamp}\ncolumns: {torque: {source: /a.x, scale: .nan}}', 'scale = nan is'),
+    ('period: 1.0e-7\ntime: {source: /a.stamp}\ncolumns: {torque: {source: /a.x}}',
+     'period = 1e-07 s is outside .5e-05, 1.; leave it out'),
     ('time: {source: /a.x}\ncolumns: {torque: {source: /a.x}}', 'write /a.stamp'),
     ('time: {source: /a.stamp}\ncolumns: {torque: {source: /a.x, times: b}}', "no 'times' here"),
     ('time: {source: /a.stamp}\nrows: data\ncolumns: {torque: {source: /a.x}}', 'are of tables')])

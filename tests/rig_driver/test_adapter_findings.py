@@ -139,6 +139,12 @@ def test_it_says_that_a_clock_goes_at_another_pace(pace, said):
         robot.told)
 
 
+def test_stamps_of_another_unit_make_no_samples():
+    robot = Robot().says(6, stamp=lambda now: now // MS)  # ms, taken for ns
+    assert 'its stamps go at 1e-06 of our time' in robot.told
+    assert not robot.blocks
+
+
 def test_a_clock_that_is_set_once_keeps_its_pace():
     robot = Robot().says(3)
     robot.says(5, stamp=lambda now: now + 3600 * SECOND)

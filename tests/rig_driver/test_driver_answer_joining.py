@@ -60,6 +60,22 @@ def test_after_a_pause_in_which_all_is_lost_samples_are_those_of_their_instants(
     assert join.lost == 100 + lost
 
 
+@given(st.integers(1, 3), st.integers(1, 700), st.integers(1, 700), st.integers(0, 900))
+@example(1, 300, 5, 250)
+def test_syncs_that_were_left_out_meanwhile_give_no_sample_the_number_of_another(
+        kinds, lost, left_out, at):
+    join, out = SampleJoiner(kinds), []
+    for number in range(3000):
+        if at <= number - 200 < at + left_out:
+            continue  # the machine was too busy to ask
+        out += join.ask(number)
+        for kind in range(kinds if not 200 <= number < 200 + lost else 0):
+            out += join.answer(kind, number, sync_counter(number))
+    assert all(row == [number] * kinds for number, row in out)
+    assert out[-1][0] == 2999
+    assert len(out) + join.lost + join.waiting == 3000 - left_out
+
+
 @given(st.sets(st.tuples(st.integers(0, 1), st.integers(0, 59)), max_size=40), st.booleans())
 def test_it_loses_the_samples_of_lost_answers_alone(lost, counted):
     join, out = SampleJoiner(2), []
@@ -83,14 +99,24 @@ def test_it_counts_answers_that_nobody_asked_for():
     assert join.unasked == 2
 
 
-@given(st.lists(st.tuples(st.integers(1, 500), st.integers(0, 300)), max_size=6))
-@example([(241, 1), (480, 0)])
-def test_no_sample_is_of_a_sync_that_is_yet_to_go_out(stretches):
-    join, number, answered = SampleJoiner(1), 0, 0
-    for asked, answers in stretches:
-        for _ in range(asked):
-            assert all(sample < number for sample, _ in join.ask(number))
+@given(st.integers(1, 2), st.lists(max_size=8, elements=st.tuples(
+    st.integers(0, 300), st.integers(1, 500), st.integers(0, 300), st.integers(0, 300))))
+@example(1, [(0, 241, 0, 1), (0, 480, 0, 0)])
+@example(1, [(0, 701, 200, 1), (0, 1, 29, 1), (0, 300, 0, 0)])
+def test_samples_come_in_the_order_of_syncs_that_went_out_and_each_once(kinds, stretches):
+    join, number, waiting, asked, out = SampleJoiner(kinds), 0, [], set(), []
+    for left_out, asks, lost, answers in stretches:
+        number += left_out
+        for _ in range(asks):
+            out += join.ask(number)
+            waiting.append(number)
+            assert all(sample in asked for sample, _ in out)
+            asked.add(number)
             number += 1
-        first, answered = answered, min(number, answered + answers)
-        for one in range(first, answered):
-            join.answer(0, one, sync_counter(one))
+        del waiting[:lost]
+        for one in waiting[:answers]:
+            for kind in range(kinds):
+                out += join.answer(kind, one, sync_counter(one))
+        del waiting[:answers]
+    assert [sample for sample, _ in out] == sorted({sample for sample, _ in out})
+    assert len(out) + join.lost + join.waiting + len(join._kept) == len(asked)

@@ -231,6 +231,11 @@ def test_it_refuses_a_command_that_is_no_number_and_says_so(bench):
     bench.ears.hears('command', 'reference[0] = nan; every value must be finite', 1)
 
 
+def test_it_says_that_a_command_has_no_stamp(bench):
+    bench.ears.command(VOLTAGE, [7.0], 0)
+    bench.ears.hears('command', 'command refused: header.stamp is not set', 1)
+
+
 def test_it_says_that_a_command_came_too_old(bench):
     mark = len(bench.rig.taken)
     bench.ears.command(VOLTAGE, [7.0], bench.ears.now() - 10**9)

@@ -22,6 +22,7 @@ from std_msgs.msg import String
 from servo_rig_driver.record.last_messages import take_what_has_come
 from servo_rig_driver.record.sequence_loss import block_of, SequenceWatch
 from servo_twin.bag import read_recording
+from servo_twin_msgs.msg import Prediction
 
 SOURCE = Path(__file__).parents[1] / 'support' / 'sample_source.py'
 SERVO = Path(__file__).parents[2] / 'config' / 'servos' / 'rv_bench.yaml'
@@ -132,6 +133,23 @@ def test_it_says_what_was_lost_on_the_way(tmp_path):
     assert health[-1].status[0].name == '/recorder: recording'
     assert {'lost /encoder': '3 samples in 2 gaps'}.items() <= {
         item.key: item.value for item in health[-1].status[0].values}.items()
+
+
+@pytest.mark.ros
+def test_it_names_the_nodes_that_publish_what_one_alone_should(tmp_path):
+    context = Context()
+    rclpy.init(context=context)
+    try:
+        nodes = [rclpy.create_node(name, context=context) for name in ('left', 'right')]
+        for node in nodes:
+            node.create_publisher(Prediction, 'twin/prediction', 10)
+        with Recording(tmp_path, 'topics:=[twin/prediction, /diagnostics]',
+                       'chunk_seconds:=0.1') as recording:
+            wait_for(lambda: _holds(recording.bag, b"/twin/prediction is published by ['/left', "
+                                    b"'/right']: what they say is mixed"), 'it names them', 60.0)
+            recording.end()
+    finally:
+        rclpy.try_shutdown(context=context)
 
 
 @pytest.mark.ros

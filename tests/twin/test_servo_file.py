@@ -332,7 +332,7 @@ def test_a_number_may_be_written_with_or_without_a_point(written):
 
 
 def test_a_file_longer_than_any_servo_is_refused_unread():
-    with pytest.raises(ServoError, match='characters; a servo file has at most'):
+    with pytest.raises(ServoError, match='too long; a servo file has at most'):
         loads('# ' + 'x' * 1_000_001)
 
 

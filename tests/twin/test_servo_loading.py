@@ -37,3 +37,10 @@ def test_a_servo_whose_exchange_has_begun_is_answered_when_it_is_done(busy_twin)
     loading._twin.executor.create_task = lambda task: task()
     assert loading._exchange(servo) is None
     assert exchanged == [servo]
+
+
+def test_what_is_far_too_long_for_a_servo_is_refused_without_reading_it_all(tmp_path):
+    with (tmp_path / 'bag.mcap').open('wb') as file:
+        file.truncate(1 << 43)  # of zeros, which take no room on the disk
+    with pytest.raises(ServoError, match='bag.mcap: it is too long; a servo file has at most'):
+        servo_file.load(tmp_path / 'bag.mcap')

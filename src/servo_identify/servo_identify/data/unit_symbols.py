@@ -7,7 +7,9 @@ what follows a stroke divides. Numbers are factors, so `1/4096 rev` is one count
 
 from __future__ import annotations
 
+from contextlib import suppress
 from difflib import get_close_matches
+from functools import lru_cache
 from math import pi
 import re
 from typing import NamedTuple
@@ -92,15 +94,20 @@ _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
 _NEVER_MEGA = ('g', 'm', 's', 'A', 'V', 'H', 'F', 'rad', 'deg', 'rpm')
 """Symbols whose M is a misspelled m: no servo has a megaampere."""
 _COUNTS = ('counts', 'count', 'cnt', 'cnts', 'ticks', 'tick', 'inc', 'incs', 'increments', 'lsb')
+LONGEST = 100
+"""Characters of a unit: what is longer is text, and takes ever longer to be read as a unit."""
 _WHOLE = re.compile(r'\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![A-Za-z°])|[^\s·*./()^]+|\^|[·*]{1,2}|[/()]')
 
 
 def parsed(text: str, turned: bool = False) -> Unit:
     """
-    Return the factor and powers of a unit; raises UnitError.
+    Return the factor and powers of a unit of at most LONGEST characters; raises UnitError.
 
     ``turned``: Hz and 1/min count turns, of 2 pi rad; else Hz is 1/s, and 1/min 1/60 of that.
     """
+    if len(text) > LONGEST:
+        raise UnitError(f'{text[:20] + "..."!r} has {len(text)} characters; a unit has at most '
+                        f'{LONGEST}')
     plain = symbols_of(units_in_symbols(text))
     plain = plain.translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
     plain = re.sub(r'\^\s*|\*\*(?=-?\d)', '', plain).replace('/rad/s', '/(rad/s)')
@@ -135,6 +142,19 @@ def _product(text: str, words: list[str], at: int, turned: bool) -> tuple[Unit, 
 
 def _symbols(text: str, word: str, turned: bool) -> Unit:
     """Read symbols that may stand without a gap, as in Nms: the fewest, the longest first."""
+    found = _joined(word, turned)
+    if found is not None:
+        return found
+    if word.lower() in _COUNTS:
+        raise CountsError(word)
+    near = get_close_matches(word, [*_PREFIXED, *_PLAIN], 1, 0.6)
+    raise UnitError(f'{text!r} is no unit that is known' + (f'; is it {near[0]!r}?' if near
+                                                            else ''))
+
+
+@lru_cache(4096)
+def _joined(word: str, turned: bool) -> Unit | None:
+    """Return what symbols without a gap mean; None, once for each end of a word, for none."""
     try:
         return Unit(float(word), _ONE.powers)
     except ValueError:
@@ -144,15 +164,11 @@ def _symbols(text: str, word: str, turned: bool) -> Unit:
         if first is not None:
             if cut == len(word):
                 return first
-            try:
-                return first.times(_symbols(text, word[cut:], turned))
-            except UnitError:
-                continue
-    if word.lower() in _COUNTS:
-        raise CountsError(word)
-    near = get_close_matches(word, [*_PREFIXED, *_PLAIN], 1, 0.6)
-    raise UnitError(f'{text!r} is no unit that is known' + (f'; is it {near[0]!r}?' if near
-                                                            else ''))
+            with suppress(UnitError):
+                rest = _joined(word[cut:], turned)
+                if rest is not None:
+                    return first.times(rest)
+    return None
 
 
 def _symbol(word: str, turned: bool) -> Unit | None:

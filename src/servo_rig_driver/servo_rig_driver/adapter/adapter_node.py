@@ -26,7 +26,7 @@ from servo_twin_msgs.msg import Current, Encoder, Torque
 
 from ..driver.encoder_leaps import EncoderLeaps
 from ..driver.health_report import Diagnoser
-from ..driver.message_conversion import SampleMessages, to_instant
+from ..driver.message_conversion import SampleMessages
 from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
@@ -38,7 +38,7 @@ from ..timer_clock import STEADY
 from . import adapter_parameters
 from .adapter_findings import AdapterFindings
 from .mapped_columns import MappedColumns, MappingError, read_mapping
-from .message_field import FieldError
+from .message_field import FieldError, stamp_of
 from .robot_topics import OVERRIDABLE, RobotTopics
 from .sample_stream import SampleStream, SECOND
 
@@ -78,11 +78,9 @@ class Adapter(Node):
     # Topics.
 
     def _take(self, topic: str, message: Any, number: int | None) -> None:
-        header = getattr(message, 'header', None)
-        stamp = to_instant(header.stamp) if header is not None else 0
         watch = self._found.watches[topic]
         try:
-            watch.take(self.stream.put(topic, message, stamp, self._now()), number)
+            watch.take(self.stream.put(topic, message, stamp_of(message), self._now()), number)
         except FieldError as error:
             watch.lacks(str(error))
 

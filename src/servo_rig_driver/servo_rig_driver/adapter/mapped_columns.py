@@ -31,6 +31,8 @@ from .message_field import Field, FieldError, STAMP
 
 _STEPS = {'source': str, 'value': (int, float), 'above': (int, float), 'subtract': (int, float),
           'scale': (int, float), 'offset': (int, float), 'negate': bool, 'zero': str}
+SHORTEST = 5e-5
+"""Period of samples in s, of 20 kHz: a shorter one makes more than anything here can take."""
 HELD = frozenset(('voltage', 'current_reference', 'reference_velocity', 'reference_position',
                   'external_torque'))
 """Commands: they hold from their message to the next; what is measured is interpolated."""
@@ -121,8 +123,9 @@ def read_mapping(path: Path, joint: str = '') -> MappedColumns:
     if not columns:
         raise MappingError(f'{path}: no column comes from a topic')
     period = content.get('period', 0.0)
-    if not isinstance(period, (int, float)) or not 0.0 <= period <= 1.0:
-        raise MappingError(f'{path}: period = {period!r} s is outside [0, 1]')
+    if type(period) not in (int, float) or period and not SHORTEST <= period <= 1.0:
+        raise MappingError(f'{path}: period = {period!r} s is outside [{SHORTEST:g}, 1]; leave it '
+                           'out to take that of the messages')
     return MappedColumns(time.topic, tuple(columns), constants, float(period))
 
 

@@ -22,6 +22,12 @@ class FieldError(ValueError):
     """A source that is written wrong, or that a message does not have."""
 
 
+def stamp_of(message: Any) -> int:
+    """Return the stamp of a message in ns: of its header, or its own; 0 where it has none."""
+    stamp = getattr(getattr(message, 'header', message), STAMP, None)
+    return stamp.sec * 10**9 + stamp.nanosec if hasattr(stamp, 'nanosec') else 0
+
+
 class Field:
     """The number that ``source`` names; raises FieldError for a source without topic or field."""
 
@@ -66,7 +72,7 @@ class Field:
 
     def _element(self, row: Any, which: str, seen: list[Any]) -> Any:
         lists = [list(names) for owner in reversed(seen) for key in _NAMES
-                 if (names := getattr(owner, key, ()))]
+                 if (names := getattr(owner, key, ())) and not isinstance(names, str)]
         index = next((names.index(which) for names in lists if which in names), None)
         if index is None and not which.isdigit():
             raise FieldError(f'{self.source}: there is no {which!r}; names are {sum(lists, [])}')

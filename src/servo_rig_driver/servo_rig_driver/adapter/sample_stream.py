@@ -10,7 +10,7 @@ from typing import Any
 from ..driver.sample_blocks import BlockBuilder, COLUMNS, SampleBlock
 from .clock_offset import ClockOffset
 from .even_samples import EvenSamples, Track, usual_step
-from .mapped_columns import HELD, MappedColumns
+from .mapped_columns import HELD, MappedColumns, SHORTEST
 
 SECOND = 1_000_000_000
 BACK = SECOND  # ns that the leading topic may jump before the samples begin again
@@ -103,7 +103,10 @@ class SampleStream:
             self._since = self._since or now
             if now - self._since < self._listen or len(times) < LEAST:
                 return
-            self._sample_from(times[-1], self.given or usual_step(times))
+            period = self.given or usual_step(times)
+            if period < SHORTEST * SECOND:  # of a clock at another pace, which is told
+                return
+            self._sample_from(times[-1], period)
         elif not self.given:
             self._follow_rate(times)
         for number, row in self._even.take(now):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+import re
 
 import cantools
 
@@ -10,19 +11,26 @@ from .device import DeviceError
 from .pdo_table import FrameError
 from .tables import table_path
 
+LONGEST = 8 * 64
+"""Bits of the longest frame, that of CAN FD: cantools takes time and memory for each of them."""
+_BYTES = re.compile(r'\bBO_\s+\d+\s+(\w+)\s*:\s*(\d+)')
+_BITS = re.compile(r'\bSG_\s+(\w+)[^:"]*:\s*(\d+)\s*\|\s*(\d+)')
+
 
 class DbcMessages:
     """
     The messages of a DBC file whose identifiers are those of node 0.
 
-    Raises DeviceError for a file that is missing or no DBC.
+    Raises DeviceError for a file that is missing, no DBC, or of frames of more than LONGEST bits.
     """
 
     def __init__(self, name: str, device: str = 'Axis') -> None:
         self.file = table_path(name, '.dbc')
         self._device = device
         try:
-            database = cantools.database.load_file(self.file)
+            content = self.file.read_text('cp1252')
+            _check_sizes(content)
+            database = cantools.database.load_string(content, 'dbc')
             self._by_name = {message.name: message for message in database.messages}
         except Exception as error:  # textparser's, cantools' and plain ValueErrors alike
             raise DeviceError(f'{self.file} is no DBC file that can be read: {error}') from error
@@ -79,3 +87,12 @@ class DbcMessages:
         """Return a value in words, by the choices of its signal."""
         choices = self._by_name[name].get_signal_by_name(signal).choices or {}
         return str(choices.get(value, f'{signal} 0x{value:X}'))
+
+
+def _check_sizes(content: str) -> None:
+    """Raise ValueError for a message, or an end of a signal, that no frame holds."""
+    told = [(name, 8 * int(size)) for name, size in _BYTES.findall(content)]
+    told += [(name, int(bits)) for name, *both in _BITS.findall(content) for bits in both]
+    for name, bits in told:
+        if bits > LONGEST:
+            raise ValueError(f'{name} needs {bits} bits, and a frame has at most {LONGEST}')

@@ -7,16 +7,19 @@ by any time, or lost, and no sample is ever made of two instants. Nodes that do 
 taken to answer the last SYNC before, which holds as long as they answer within a period. Drives
 that are asked by frames of their own are joined by order_joining.py.
 
-The counter begins again after SYNC_COUNTS. Where more SYNCs than that are open, answers that come
-again may be late ones to the first of them, or those to the last where all between were lost, as
-on a cable that was pulled. Late ones catch up; where they do not, whole rounds were lost. Samples
-are kept back until that is known.
+The counter begins again after SYNC_COUNTS. Where several SYNCs of one count are open, answers that
+come again may be late ones to the first of them, or those to the last where all between were lost,
+as on a cable that was pulled. Late ones catch up; where they do not, whole rounds were lost.
+Samples are kept back until that is known. Numbers may be left out: not every one is asked for.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import deque
-import itertools
+from itertools import islice
+from math import inf
+from operator import itemgetter
 from typing import Any
 
 from ..devices.pdo_table import sync_counter, SYNC_COUNTS
@@ -42,9 +45,9 @@ class SampleJoiner:
         self.lost = 0
         self.unasked = 0
         self._open: deque[list[Any]] = deque()
-        self._next = [0] * kinds
-        self._closed = 0
+        self._next = [0] * kinds  # the least number that each node may answer next
         self._kept: list[Sample] = []  # of a round that is not known yet
+        self._latest: list[int] = []  # the last SYNC of its count as each of them came
         self._since = self._were = 0
 
     @property
@@ -56,9 +59,8 @@ class SampleJoiner:
         """Forget all SYNCs, as when nobody will answer them any more; they count as lost."""
         self.lost += len(self._open) + len(self._kept)
         self._open.clear()
-        self._kept.clear()
+        self._kept, self._latest = [], []
         self._next = [0] * self.kinds
-        self._closed = 0
 
     def ask(self, number: int) -> list[Sample]:
         """Note that SYNC ``number`` goes out, numbers rise; return the samples sure by now."""
@@ -73,23 +75,28 @@ class SampleJoiner:
         self._since += 1
         if self._since < PROVES:
             return []
-        if self._were - len(self._open) > 3 or len(self._open) % SYNC_COUNTS > NEAR:
+        late = self._open[-1][0] - self._latest[-1] if self._open else 0
+        if self._were - len(self._open) > 3 or late > NEAR:
             self._since, self._were = 0, len(self._open)
             return []
-        return self._moved_on(len(self._open) // SYNC_COUNTS * SYNC_COUNTS)
+        return self._moved_on()
 
-    def _moved_on(self, syncs: int) -> list[Sample]:
-        """Return what is kept as answers to SYNCs that much later; those before are lost."""
-        numbers = [number for number, _ in self._kept] + [row[0] for row in self._open]
-        moved = [(numbers[k + syncs], answers) for k, (_, answers) in enumerate(self._kept)]
-        told = [row[1:] for row in self._open]
-        for row, content in zip(itertools.islice(self._open, syncs, None), told, strict=False):
-            row[1:] = content
-        for _ in range(syncs):
+    def _moved_on(self) -> list[Sample]:
+        """Return what is kept as answers to the last SYNCs of their counts; others are lost."""
+        by = self._latest[-1] - self._kept[-1][0]
+        told = {row[0] + by: row[1:] for row in self._open}
+        self._next = [number + by for number in self._next]
+        while self._open and self._open[0][0] <= self._latest[-1]:
             self._open.popleft()
-        self.lost += syncs
-        self._kept.clear()
-        return moved
+            self.lost += 1
+        for row in self._open:
+            row[1:] = told.get(row[0], [self.kinds, *[None] * self.kinds])
+        return self._settled(self._latest)
+
+    def _settled(self, numbers: list[int]) -> list[Sample]:
+        """Return what is kept as answers to SYNCs of these numbers."""
+        kept, self._kept, self._latest = self._kept, [], []
+        return [(number, answers) for number, (_, answers) in zip(numbers, kept, strict=True)]
 
     def may_ask(self, elapsed: int) -> bool:
         """Return that a SYNC may go out at any time."""
@@ -114,32 +121,47 @@ class SampleJoiner:
         row[1] -= 1
         if row[1]:
             return []
+        last = row[0] if counter is None else self._last_like(row[0])
+        proved = []
+        if last == row[0] and self._kept:
+            caught_up = row[0] <= self._latest[-1]
+            proved = self._settled([number for number, _ in self._kept] if caught_up
+                                   else self._latest)
         while self._open[0] is not row:
             self._open.popleft()
-            self._closed += 1
             self.lost += 1
-        sure = counter is None or len(self._open) <= SYNC_COUNTS
         self._open.popleft()
-        self._closed += 1
-        if not (sure or self._kept):
+        if last == row[0]:
+            return [*proved, (row[0], row[2:])]
+        if not self._kept:
             self._since, self._were = 0, len(self._open)
-        self._kept.append((row[0], row[2:]))
-        if not sure:
-            return []
-        proved, self._kept = self._kept, []
-        return proved
+        self._keep((row[0], row[2:]), last)
+        return []
+
+    def _keep(self, sample: Sample, last: int) -> None:
+        """Keep a sample; those before it are of SYNCs before its ``last`` one."""
+        below = last
+        for k in reversed(range(len(self._kept))):
+            if self._latest[k] < below:
+                break
+            self._latest[k] = below = self._last_like(self._kept[k][0], below)
+        self._kept.append(sample)
+        self._latest.append(last)
+
+    def _last_like(self, number: int, below: float = inf) -> int:
+        """Return the last SYNC of the count of one that is open, below a number; else that one."""
+        count = sync_counter(number)
+        return next((row[0] for row in reversed(self._open)
+                     if row[0] < below and sync_counter(row[0]) == count), number)
 
     def _uncounted(self, kind: int) -> list[Any] | None:
         row = self._open[-1] if self._open else None
         return None if row is None or row[2 + kind] is not None else row
 
     def _counted(self, kind: int, counter: int) -> list[Any] | None:
-        first = max(0, self._next[kind] - self._closed)
-        for place in range(first, len(self._open)):
-            row = self._open[place]
+        first = bisect_left(self._open, self._next[kind], key=itemgetter(0))
+        for row in islice(self._open, first, None):
             if sync_counter(row[0]) == counter:
-                self._next[kind] = self._closed + place + 1
+                self._next[kind] = row[0] + 1
                 return row
-            if place - first >= SYNC_COUNTS:
-                return None
         return None

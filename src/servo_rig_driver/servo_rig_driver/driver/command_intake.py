@@ -50,6 +50,9 @@ class CommandIntake:
             if mode in Mode.__members__.values() and mode not in self._modes:
                 raise Refused(f'the drive does not take mode {Mode(mode).name}; it takes '
                               f'{[mode.name for mode in self._modes]}')
+            if not start and mode != Mode.OFF:
+                raise Refused('header.stamp is not set; it is the instant of the first set-point '
+                              'by the ROS clock, `stamp: now` for ros2 topic pub')
             no_position = self._link.sampler.device.no_position
             if mode == Mode.POSITION and no_position:
                 raise Refused(f'position {reference[0] if len(reference) else nan:.4g} rad; '

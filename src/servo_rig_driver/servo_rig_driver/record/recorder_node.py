@@ -39,7 +39,8 @@ from ..ros_start import start_ros
 from ..timer_clock import STEADY
 from .growing_bag import NO_ROOM, RecordingFile
 from .last_messages import take_what_has_come
-from .recorder_parameters import declare, EVENT, topics_of
+from .mixed_topics import mixed
+from .recorder_parameters import declare, EVENT, of_one_node, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
 from .servo_name import servo_file, servo_name
 
@@ -74,6 +75,7 @@ class Recorder(Node):
             frozenset([info_topic]), self._get('chunk_bytes'), self._get('chunk_seconds'))
         self.watches = {topic: SequenceWatch() for topic, kind in topics.items()
                         if kind in SEQUENCED}
+        self._of_one = of_one_node(topics)
         self.file.write(info_topic, time_ns(), serialize_message(info))
         self.file.flush(now=True)
         depth = self._get('history')
@@ -110,14 +112,12 @@ class Recorder(Node):
         watch = self.watches.get(topic)
 
         def take(data: bytes) -> None:
-            if self.failure:
-                return
             try:
-                self.file.write(topic, time_ns(), data)
+                if not self.failure:
+                    self.file.write(topic, time_ns(), data)
             except NO_ROOM as error:
                 self._fail(error)
-                return
-            if watch is not None:
+            if watch is not None and not self.failure:
                 watch.take(*block_of(data))
 
         return take
@@ -169,6 +169,8 @@ class Recorder(Node):
             level, said = DiagnosticStatus.WARN, f'no sample came {since}; {said}'
         elif lost and now - self._lost[1] < _TELLS:
             level = DiagnosticStatus.WARN
+        if several := mixed(self, self._of_one):
+            level, said = DiagnosticStatus.WARN, f'{several}; {said}'
         values = {PROCESS: self._namesake.process, 'output': str(self.file.path),
                   'seconds': f'{monotonic() - self._began:.1f}'}
         values |= {f'messages {topic}': str(n) for topic, n in self.file.counts.items() if n}
@@ -189,11 +191,10 @@ class Recorder(Node):
         lines = [f'recorded {self.file.path}: {monotonic() - self._began:.1f} s']
         for topic, count in self.file.counts.items():
             watch = self.watches.get(topic)
-            line = f'  {topic}: {count} messages'
+            lines.append(f'  {topic}: {count} messages')
             if watch is not None:
-                line += f', {watch.samples} samples, {watch.lost} lost in {watch.gaps} gaps'
-                line += f', {watch.restarts} restarts' if watch.restarts else ''
-            lines.append(line)
+                lines[-1] += f', {watch.samples} samples, {watch.lost} lost in {watch.gaps} gaps'
+                lines[-1] += f', {watch.restarts} restarts' if watch.restarts else ''
         return '\n'.join(lines)
 
 
@@ -240,8 +241,7 @@ def main() -> int:
         executor.remove_node(node)
         node.destroy_node()
         rclpy.try_shutdown()
-    ended = node.failure or (node.done.result() if node.done.done() else '')
-    if ended:
+    if ended := node.failure or (node.done.result() if node.done.done() else ''):
         print(f'recorder: {ended}', file=sys.stderr)
     return 1 if ended else 0
 

@@ -6,11 +6,12 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 EVENT = 'servo_twin_msgs/msg/Event'
+COMMAND = 'servo_twin_msgs/msg/Command'
 DEFAULT_TOPICS = {
     'encoder': 'servo_twin_msgs/msg/Encoder',
     'torque': 'servo_twin_msgs/msg/Torque',
     'current': 'servo_twin_msgs/msg/Current',
-    'command': 'servo_twin_msgs/msg/Command',
+    'command': COMMAND,
     'joint_states': 'sensor_msgs/msg/JointState',
     'twin/prediction': 'servo_twin_msgs/msg/Prediction',
     'twin/residual': 'servo_twin_msgs/msg/Residual',
@@ -57,3 +58,9 @@ def topics_of(node: Node) -> dict[str, str]:
                              f'or one of {list(DEFAULT_TOPICS)}')
         topics[node.resolve_topic_name(name)] = kind
     return topics
+
+
+def of_one_node(topics: dict[str, str]) -> list[str]:
+    """Return those of topics, types by name, that one node alone publishes beside a rig."""
+    return [topic for topic, kind in topics.items()
+            if kind.startswith('servo_twin_msgs/') and kind not in (EVENT, COMMAND)]

@@ -52,7 +52,8 @@ def load(path: str | Path) -> Servo:
     `given_values.defaults(servo)` lists the default that was taken.
     """
     try:
-        text = Path(path).read_text()
+        with Path(path).open() as file:
+            text = file.read(MOST_TEXT + 1)
     except (OSError, UnicodeDecodeError) as problem:
         raise ServoError(f'{path}: cannot be read: {problem}') from None
     return loads(text, str(path), Path(path).parent)
@@ -67,8 +68,8 @@ def loads(text: str, origin: str = 'servo file', folder: str | Path = '.',
     ``code`` a text that names an FMU is refused: nothing but an FMU brings code of its own.
     """
     if len(text) > MOST_TEXT:
-        raise ServoError(f'{origin}: it has {len(text)} characters; a servo file has at most '
-                         f'{MOST_TEXT}')
+        raise ServoError(f'{origin}: it is too long; a servo file has at most {MOST_TEXT} '
+                         'characters')
     try:
         return _servo(_mapping(read_yaml(text), 'the file'), Path(folder), code)
     except NotPlain as problem:

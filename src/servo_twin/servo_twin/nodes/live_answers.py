@@ -16,10 +16,12 @@ from ..physics.servo import ServoError
 from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
+from .mixed_topics import mixed
 from .plot_residuals import PlotResiduals
 from .topic_qos import OVERRIDABLE, sample_qos
 from .twin_health import TwinHealth
 
+ANSWERS = {'twin/prediction': Prediction, 'twin/residual': Residual}
 AGAIN = 1.0
 """s between two drivers at least: what goes back more often is of two that publish at once."""
 
@@ -53,7 +55,7 @@ class LiveAnswers:
 
     def open(self) -> None:
         """Make the topics; what comes is passed over until :meth:`activate`."""
-        for kind, topic in ((Prediction, 'twin/prediction'), (Residual, 'twin/residual')):
+        for topic, kind in ANSWERS.items():
             self._outputs.append(self._node.create_lifecycle_publisher(
                 kind, topic, sample_qos(), qos_overriding_options=OVERRIDABLE))
         self._plots = PlotResiduals(self._node)
@@ -88,7 +90,7 @@ class LiveAnswers:
     def report(self) -> tuple[int, str, dict[str, str]]:
         """Return (level, sentence, facts) of the health since the last report."""
         return self.health.report(self.lockstep, self._joiner.given_up, self._joiner.silent(),
-                                  self._waiting)
+                                  self._waiting, mixed(self._node, (*conversion.TOPICS, *ANSWERS)))
 
     @property
     def readers(self) -> dict[str, str]:

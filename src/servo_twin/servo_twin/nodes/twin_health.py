@@ -81,8 +81,12 @@ class TwinHealth:
             return np.sqrt(np.square(np.where(good, rows, 0.0)).sum(axis=0) / good.sum(axis=0))
 
     def report(self, lockstep: Lockstep | None, given_up: int, silent: tuple[str, ...],
-               waiting: WaitingBlocks) -> tuple[int, str, dict[str, str]]:
-        """Return (level, sentence, facts) since the last report, and begin the next one."""
+               waiting: WaitingBlocks, mixed: str = '') -> tuple[int, str, dict[str, str]]:
+        """
+        Return (level, sentence, facts) since the last report, and begin the next one.
+
+        ``mixed``: which topics several nodes publish, in words.
+        """
         twin = lockstep.twin if lockstep else None
         counts = {
             'samples in': self.samples_in, 'samples out': self.samples_out,
@@ -117,7 +121,10 @@ class TwinHealth:
         if twin and twin.why:
             facts['last restart'] = twin.why
         nothing = compared and not np.isfinite(levels).any()
-        return *self._steady(*self._sentence(new, twin, over, silent, unknown, nothing)), facts
+        level, said = self._sentence(new, twin, over, silent, unknown, nothing)
+        if mixed:
+            level, said = max(level, WARN), f'{mixed}; {said}'
+        return *self._steady(level, said), facts
 
     def _steady(self, level: int, said: str) -> tuple[int, str]:
         """Return the level and sentence to tell: the last worse ones for a while."""
