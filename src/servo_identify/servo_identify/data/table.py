@@ -116,8 +116,9 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
             clock = seconds_of(values)
             name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
-            if clock is not None:
-                table.begins[name] = str(next(one for one in values if one)).strip()
+            first = next((str(one).strip() for one in values if one), '')
+            if clock is not None and ':' in first:  # no duration
+                table.begins[name] = first
         except ValueError as problem:
             runs = numbered(name, values)
             if runs is None:

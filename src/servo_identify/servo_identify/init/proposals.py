@@ -23,7 +23,7 @@ from ..data.column_names import (
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
-from .hints import counts_rows
+from .hints import counts_rows, doubt_of
 from .joints import joints_of, of_joint
 from .sources import Offered
 
@@ -92,6 +92,8 @@ def _proposed(of: Offered, sources: Sequence[str]) -> dict[str, list[Proposal]]:
 
 def unit_said(of: Offered, column: str, source: str) -> str:
     """Return the unit of a source that header, name or size of its numbers say; '' for none."""
+    if doubt_of(column, source):
+        return ''
     unit = of.units.get(source) or _unit_behind(source, column)
     if column == 't' and not unit:
         word = split(source)[0].lower()

@@ -1,0 +1,108 @@
+"""Names that put a unit in doubt, and other habits of drives and databases, through init."""
+
+import json
+
+from init_bench import gear_motor, init, write
+import numpy as np
+import pytest
+from test_foreign_habits import refused
+
+from servo_identify.data.column_names import is_electrical, looks_like
+from servo_identify.data.reading import read_recordings
+from servo_identify.data.table_import import import_table
+
+PAIRS = 7
+
+
+@pytest.fixture(scope='module')
+def run():
+    return gear_motor()
+
+
+def read(data, folder):
+    """Return the recording that both files of init make of the data."""
+    (one,) = read_recordings([data], folder / 'new' / 's.yaml', folder / 'new' / 'm.yaml')
+    return one
+
+
+def test_an_effective_current_by_its_name_is_asked_for_though_its_unit_is_ampere(
+        run, tmp_path, capsys):
+    data = write(tmp_path / 'log.csv', {
+        't [s]': run['time'], 'voltage [V]': run['u'], 'motor_current_rms [A]':
+        run['i'] / np.sqrt(2.0), 'motor_position [rad]': run['theta']})
+    assert 'N m/Arms' in refused(data, tmp_path, capsys)
+    assert init(data, tmp_path, '--column', 'current=motor_current_rms [A]:1.41421356 A') == 0
+    np.testing.assert_allclose(read(data, tmp_path)['current'], run['i'], atol=1e-6)
+
+
+def test_a_peak_current_is_told_what_it_is(run, tmp_path, capsys):
+    data = write(tmp_path / 'log.csv', {
+        't [s]': run['time'], 'voltage [V]': run['u'], 'current [Apk]': run['i'],
+        'motor_position [rad]': run['theta']})
+    assert '0.707107 A where it is given for the effective value' in refused(
+        data, tmp_path, capsys)
+
+
+@pytest.mark.parametrize('name, turn', [('theta_el [rad]', 2.0 * np.pi),
+                                        ('motor_electrical_angle [deg]', 360.0)])
+def test_an_electrical_angle_is_asked_for_its_pole_pairs_and_put_together(
+        run, tmp_path, capsys, name, turn):
+    slow = 0.1 * run['theta']  # the field turns by less than a third between two rows
+    field = np.mod(PAIRS * slow * turn / (2.0 * np.pi), turn)
+    data = write(tmp_path / 'log.csv', {'t [s]': run['time'], name: field})
+    assert '1/7 rad at 7 pole pairs' in refused(data, tmp_path, capsys)
+    unit = f'1/{PAIRS} {name[-4:-1]}'
+    assert init(data, tmp_path, '--column', f'motor_position={name}:{unit}') == 0
+    seen = read(data, tmp_path)['motor_position']
+    np.testing.assert_allclose(seen - seen[0], slow - slow[0], atol=1e-6)
+
+
+def test_an_elevation_is_no_electrical_angle():
+    assert not any(map(is_electrical, ('el_pos', 'elevation', 'elbow_angle', 'theta_motor')))
+    assert all(map(is_electrical, ('theta_e', 'phiEl', 'Winkel elektrisch', 'angle_elec [rad]')))
+
+
+def test_angles_in_gon_are_known(run, tmp_path):
+    data = write(tmp_path / 'log.csv', {
+        't [s]': run['time'], 'voltage [V]': run['u'], 'current [A]': run['i'],
+        'motor_angle_gon': run['theta'] * 200.0 / np.pi,
+        'load_angle [gradians]': run['q'] * 200.0 / np.pi})
+    assert init(data, tmp_path, '--mechanism', 'rigid') == 0
+    np.testing.assert_allclose(read(data, tmp_path)['motor_position'], run['theta'], atol=1e-5)
+    np.testing.assert_allclose(read(data, tmp_path)['load_position'], run['q'], atol=1e-6)
+
+
+@pytest.mark.parametrize('name, column', [
+    ('u_q', 'voltage'), ('vq', 'voltage'), ('uq_q15', 'voltage'), ('servo_control.q_V', 'voltage'),
+    ('[ID:001]Goal PWM', 'voltage'), ('i_q', 'current'), ('_time', 't'), ('q', 'load_position')])
+def test_the_q_beside_a_voltage_is_the_axis_of_a_motor(name, column):
+    assert looks_like(name) == column
+
+
+def test_a_number_of_each_row_is_offered_for_no_angle(run, tmp_path, capsys):
+    data = write(tmp_path / 'trace.csv', {
+        'Number': np.arange(len(run['time']), dtype=float), 't [s]': run['time'],
+        'voltage [V]': run['u'], 'current [A]': run['i'], 'r61: speed [rpm]': run['q']})
+    said = refused(data, tmp_path, capsys)
+    assert "'Number'" not in said and 'cumulative_trapezoid' in said
+
+
+def test_durations_with_their_unit_are_times(run, tmp_path):
+    data = tmp_path / 'timetable.csv'
+    rows = [f'{t:g} sec,{u},{i},{q}' for t, u, i, q in zip(
+        run['time'], run['u'], run['i'], run['theta'], strict=True)]
+    data.write_text('\n'.join(['Time,voltage,current,motor_position', *rows]))
+    one = import_table(data, None)
+    assert one.period == pytest.approx(0.002) and 'first row is of' not in one.note
+
+
+def test_records_with_times_of_their_own_are_refused_in_short(run, tmp_path):
+    several = [{'id': k, 't': run['time'].tolist(), 'motor_position': run['theta'].tolist()}
+               for k in (1, 2)]
+    data = tmp_path / 'motors.json'
+    data.write_text(json.dumps(several))
+    with pytest.raises(ValueError, match='2 records with times of their own.*json.dump') as said:
+        import_table(data, None)
+    assert len(str(said.value)) < 300
+    data.write_text(json.dumps(several[:1]))
+    assert len(import_table(data, None)['motor_position']) == len(run['time'])
