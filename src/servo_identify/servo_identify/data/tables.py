@@ -42,7 +42,9 @@ _ELSEWHERE = {
     **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
     **dict.fromkeys(('.pkl', '.pickle', '.p', '.joblib', '.pt', '.pth'), 'a pickle may run code '
                     'and is not read: save the frame as Parquet or CSV, arrays by numpy.savez'),
-    **dict.fromkeys((*PACKED, '.zip', '.7z', '.tar', '.tgz'), 'unpack it first')}
+    **dict.fromkeys((*PACKED, '.7z', '.tar', '.tgz'), 'unpack it first'),
+    **dict.fromkeys(('.yaml', '.yml'), 'of topics record a bag (`ros2 bag record`), and give '
+                    'that; else save the rows as CSV')}
 """Kinds of files that are not read, and what to do about each."""
 
 _ARROWS = ('.feather', '.arrow', '.arrows', '.ipc')
@@ -68,12 +70,12 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     """
     Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON; a table each run.
 
-    Each may be packed by gzip, bzip2, zstd or xz (``run.csv.gz``). ``rows`` names the list of
-    records in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the
-    columns of a text file that has no line of names. The columns of an array of two dimensions are
-    called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
-    another suffix, a file that does not parse, text among numbers and columns of unequal length,
-    OSError for a file that cannot be read.
+    Each may be packed by gzip, bzip2, zstd or xz, or alone in a ZIP (``run.csv.gz``). ``rows``
+    names the list of records in a JSON file, where it is not the whole, or the sheet of a
+    spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
+    array of two dimensions are called ``name[0]``, ``name[1]`` ...; those of a structure
+    ``name.field``. Raises ValueError for another suffix, a file that does not parse, text among
+    numbers and columns of unequal length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
