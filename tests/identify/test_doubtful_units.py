@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 from test_foreign_habits import refused
 
+from servo_identify.data.check import check
 from servo_identify.data.column_names import is_electrical, looks_like
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.table_import import import_table
+from servo_identify.data.tables import read_table
+from servo_twin.description import servo_file
+from servo_twin.recording.recording import Recording
 
 PAIRS = 7
 
@@ -106,3 +110,19 @@ def test_records_with_times_of_their_own_are_refused_in_short(run, tmp_path):
     assert len(str(said.value)) < 300
     data.write_text(json.dumps(several[:1]))
     assert len(import_table(data, None)['motor_position']) == len(run['time'])
+
+
+def test_a_recording_in_thousandths_is_asked_for_though_all_of_it_fits_together(run, tmp_path):
+    machine = servo_file.load('docs/example/fan.yaml')
+    milli = {'voltage': 1e3 * run['u'], 'current': 4e4 * run['i'], 'motor_position':
+             1e3 * run['theta']}
+    found = check([Recording('a', 0.002, milli)], machine)
+    said = ' '.join(one.sentence for one in found)
+    assert 'and no servo has more than 2000 V: is it in mV?' in said
+    assert 'and no servo has more than 5000 A: is it in mA?' in said
+
+
+def test_texts_of_lists_are_called_lists(tmp_path):
+    (tmp_path / 'log.csv').write_text('t;position\n0;(0.1, 0.2)\n1;(0.1, 0.3)\n')
+    said = read_table(tmp_path / 'log.csv').refused['position']
+    assert "'(0.1, 0.2)' in row 1" in said and 'each cell holds a list' in said

@@ -144,7 +144,7 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
             why = _AGAIN if shown.strip() == name else _SERIAL if _ARROW in shown else (
                 _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else
                 _EMPTY if shown.startswith('#') else
-                _LISTED if isinstance(values[at], list | dict) else
+                _LISTED if isinstance(values[at], list | dict) or shown[:1] in '[(' else
                 _HEX if all(_BASE_16.fullmatch(str(one).strip()) for one in values) else '')
             shown = shown if len(shown) <= LONGEST else f'{shown[:LONGEST]} ...'
             raise ValueError(f'{path}: column {name!r} has {shown!r} in row {at + 1}, which '
