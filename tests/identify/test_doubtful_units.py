@@ -126,3 +126,23 @@ def test_texts_of_lists_are_called_lists(tmp_path):
     (tmp_path / 'log.csv').write_text('t;position\n0;(0.1, 0.2)\n1;(0.1, 0.3)\n')
     said = read_table(tmp_path / 'log.csv').refused['position']
     assert "'(0.1, 0.2)' in row 1" in said and 'each cell holds a list' in said
+
+
+def test_stamps_of_net_are_told_by_their_size(run, tmp_path):
+    text = [f'{638789724000000000 + round(1e7 * t)},{u:.5f},{i:.5f},{q:.6f}' for t, u, i, q in zip(
+        *(run[name] for name in ('time', 'u', 'i', 'q')), strict=True)]
+    data = tmp_path / 'log.csv'
+    data.write_text('\n'.join(['timestamp,u [V],i [A],q [rad]', *text]))
+    assert init(data, tmp_path) == 0
+    one = read(data, tmp_path)
+    assert one.period == pytest.approx(0.002) and '2025-03-30' in one.note
+
+
+def test_a_red_finding_says_that_the_size_of_the_times_alone_told_their_unit(
+        run, tmp_path, capsys):
+    data = write(tmp_path / 'log.csv', {'t': np.round(1e7 * run['time']), 'u [V]': run['u'],
+                                        'i [A]': run['i'], 'q [rad]': run['q']})
+    assert init(data, tmp_path) == 1
+    assert "taken in us by its size alone: --column 't=t:0.1 us'" in capsys.readouterr().err
+    assert init(data, tmp_path, '--column', 't=t:0.1 us') == 0
+    assert read(data, tmp_path).period == pytest.approx(0.002)

@@ -192,6 +192,17 @@ def unit_of_time(times: np.ndarray | None) -> str:
     return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
 
 
+def doubt_of_time(of: Offered, time: Proposal) -> str:
+    """Say, behind a sentence, that its size alone told the unit of a time; '' where not."""
+    said = (of.units.get(time.source) or _unit_behind(time.source, 't')
+            or unit_of_stamps(of.firsts.get(time.source, 0.0)))
+    guessed = time.unit == unit_of_time(of.numbers.get(time.source))
+    if said or time.unit in ('', 's') or not guessed:
+        return ''
+    return (f"; the time was taken in {time.unit} by its size alone: --column 't={time.source}:"
+            f"0.1 {time.unit}' says another unit, as of ticks")
+
+
 def sampled_less_often(of: Offered, chosen: Mapping[str, Proposal]) -> list[str]:
     """Return the columns of a table that have a number in each second row or fewer."""
     known = {column: np.flatnonzero(np.isfinite(of.numbers[one.source]))
