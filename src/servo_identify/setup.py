@@ -24,7 +24,7 @@ REQUIRES = [
 ]
 EXTRAS = {
     'cluster': ['dask', 'distributed'],  # many fits and diagnoses on a Dask cluster
-    'files': ['h5py', 'openpyxl'],  # HDF5, MAT files of version 7.3, spreadsheets
+    'files': ['h5py', 'nptdms', 'openpyxl'],  # HDF5, MAT files of version 7.3, TDMS, spreadsheets
     'fmu': ['servo_twin[fmu]'],  # mechanisms that are FMUs
     'frames': ['pandas', 'xarray'],  # recordings as frames and data sets
     'learn': ['pysindy', 'torch'],  # friction and other laws as networks

@@ -230,6 +230,17 @@ def test_a_table_that_has_to_be_changed_is_imported_whole(motion, monkeypatch, t
     assert found[0] == found[1]
 
 
+def test_rows_of_machines_in_turn_are_refused_in_parts_too(motion, monkeypatch, tmp_path, capsys):
+    number = np.tile([1, 2], PART)
+    angle = np.where(number == 1, np.sin(1e-3 * np.arange(2 * PART)), 9.0)
+    csv.write_csv(pyarrow.table({'t': 1e-3 * np.arange(2 * PART), 'id': number,
+                                 'motor_position': angle}), tmp_path / 'table.csv')
+    monkeypatch.setattr(import_table, 'IN_PARTS_FROM', 0.0)
+    assert main(['import', str(tmp_path / 'table.csv'), '--servo', str(SERVO), '-o',
+                 str(tmp_path / 'out')]) == 2
+    assert 'several machines in turn' in capsys.readouterr().err
+
+
 def test_an_import_in_parts_holds_no_more_of_a_longer_table(motion, monkeypatch, tmp_path):
     monkeypatch.setattr(import_table, 'IN_PARTS_FROM', 0.0)
     monkeypatch.setattr(import_in_parts, 'LOOKED_AT', 1000)

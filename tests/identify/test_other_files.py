@@ -131,7 +131,7 @@ def test_what_is_wrong_in_a_sheet_is_said_of_the_spreadsheet(tmp_path):
 
 
 @pytest.mark.parametrize(('name', 'library'), [('a.mat', 'h5py'), ('a.h5', 'h5py'),
-                                               ('a.xlsx', 'openpyxl')])
+                                               ('a.xlsx', 'openpyxl'), ('a.tdms', 'nptdms')])
 def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch, name, library):
     (tmp_path / name).write_bytes(b'\x89HDF\r\n\x1a\n' + bytes(600))
     monkeypatch.setitem(sys.modules, library, None)
@@ -140,7 +140,7 @@ def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch, name
 
 
 @pytest.mark.parametrize(('name', 'advice'), [
-    ('a.tdms', 'with nptdms: TdmsFile.read'), ('a.MF4', 'with asammdf: MDF'),
+    ('a.MF4', 'with asammdf: MDF'),
     ('a.xls', 'save the sheet as XLSX or CSV'), ('a.pkl', 'a pickle may run code'),
     ('a.svdx', 'export it from the Scope of TwinCAT as CSV'), ('a.tar.gz', 'unpack it first'),
     ('a.joblib', 'may run code')])

@@ -1,14 +1,17 @@
 """The kinds of files that hold a table: what of them is read, or a sentence says why not."""
 
 import json
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 from small_tables import SERVO, table, TIME
 
+from servo_identify.data.reading import read_recordings
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
+from servo_twin.bag import memory
 
 
 def test_it_reads_the_signals_of_a_scope_by_their_labels(tmp_path):
@@ -108,6 +111,41 @@ def test_a_table_may_be_packed(tmp_path, suffix, packing):
     assert table.path == path and table.columns['motor_position'].tolist() == [1.0, 2.0]
     path.write_bytes(path.read_bytes()[:-9])
     with pytest.raises(ValueError, match=f'{path.name} cannot be unpacked'):
+        read_table(path)
+
+
+def zipped(path, files):
+    """Write a ZIP of texts by their names; return the path."""
+    with ZipFile(path, 'w', ZIP_DEFLATED) as packed:
+        for name, text in files.items():
+            packed.writestr(name, text)
+    return path
+
+
+@pytest.mark.parametrize('name', ['a.csv.zip', 'a.zip'])
+def test_the_one_table_in_a_zip_is_read_whatever_its_name_there(tmp_path, name):
+    text = 't,motor_position\n0,1\n0.1,2\n'
+    path = zipped(tmp_path / name, {'../../outside.csv': text, '__MACOSX/._outside.csv': '',
+                                    'logs/': '', 'logs/.hidden': ''})
+    (one,) = read_recordings([tmp_path])  # a folder finds it as well
+    assert one.name == 'a' and one['motor_position'].tolist() == [1.0, 2.0]
+    assert [*tmp_path.rglob('*')] == [path] and not (tmp_path.parent / 'outside.csv').exists()
+
+
+def test_a_zip_of_several_tables_or_of_none_is_refused_with_what_to_do(tmp_path):
+    path = zipped(tmp_path / 'runs.zip', {'b/1.csv': 't', 'b/2.csv': 't'})
+    for files in ({'b/1.csv': 't', 'b/2.csv': 't'}, {'1.csv': 't', '2.json': 't'}, {}):
+        with pytest.raises(ValueError, match='unpack it'):
+            read_table(zipped(path, files))
+    path.write_bytes(b'no zip')
+    with pytest.raises(ValueError, match='unpack it'):
+        read_table(path)
+
+
+def test_a_file_that_unpacks_to_more_than_the_memory_is_stopped(tmp_path, monkeypatch):
+    path = zipped(tmp_path / 'bomb.zip', {'a.csv': '0' * 50_000_000})
+    monkeypatch.setattr(memory, 'free_memory', lambda: 2e7)
+    with pytest.raises(ValueError, match=f'{path}: reading it takes about .* are free'):
         read_table(path)
 
 

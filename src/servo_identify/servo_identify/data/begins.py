@@ -6,9 +6,9 @@ from datetime import datetime, UTC
 
 from .export_headers import LEAST_STAMP, MOST_STAMP
 from .table import Table
-from .time_units import unit_of_stamps
+from .time_units import SINCE_YEAR_1, unit_of_stamps
 
-_SINCE_1601 = 11_644_473_600.0  # s from there to 1970
+_SINCE_1601, _SINCE_1 = 11_644_473_600.0, 62_135_596_800.0  # s from there to 1970
 _FACTORS = {'s': 1.0, 'ms': 1e-3, 'us': 1e-6, 'ns': 1e-9}
 _SINCE_1970 = (6e8, 4e9)  # s, from 1989 to 2096
 
@@ -23,6 +23,8 @@ def date_of(first: float, unit: str) -> str:
     unit = unit or unit_of_stamps(first) or 's'
     if LEAST_STAMP < first < MOST_STAMP:
         seconds = 1e-7 * first - _SINCE_1601
+    elif SINCE_YEAR_1[0] < first < SINCE_YEAR_1[1]:
+        seconds = 1e-7 * first - _SINCE_1
     else:
         seconds = _FACTORS.get(unit, 0.0) * first
     least, most = _SINCE_1970

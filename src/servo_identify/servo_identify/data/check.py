@@ -20,6 +20,7 @@ from .raw_encoder import wrapped_findings
 from .reader_advice import READER
 from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
+from .sizes import size_findings
 from .survey import limit_of, Survey, survey
 from .time_units import LONGEST, unit_of_times, WORDS
 from .told_by_another import (
@@ -103,7 +104,7 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       f'{first:.6g} s, in {count} rows: a sensor or a link that dropped out?',
                       'leave those rows empty, or cut them') for name, (count, first) in
               one.jumps.items()]
-    found += _signs(one)
+    found += [*_signs(one), *size_findings(one, servo)]
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '

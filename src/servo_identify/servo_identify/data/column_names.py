@@ -37,9 +37,9 @@ _DOUBTFUL = {'tau', 'effort', 'efforts', 'est', 'estimate', 'estimated', 'calc',
 """Words beside a torque that a drive computes from its current, where no sensor is named."""
 _MEASURED = {'sensor', 'cell', 'flange', 'transducer', 'gauge', 'measured', 'meas', 'mess',
              'external', 'ext'}
-_COMMAND = {'voltage', 'volt', 'volts', 'u', 'v', 'vm', 'pwm', 'duty', 'command', 'commands',
-            'cmd', 'ctrl'}
-_VOLTAGE = {'voltage', 'volt', 'volts', 'u'}
+_VOLTAGE = {'voltage', 'volt', 'volts', 'u', 'uq', 'vq'}
+_SHARE = {'pwm', 'duty'}
+_COMMAND = _VOLTAGE | _SHARE | {'v', 'vm', 'command', 'commands', 'cmd', 'ctrl'}
 _FORCES = ('N', 'kN')
 """Units with which a tension is that of a rope."""
 _SUPPLY = {'bus', 'supply', 'battery', 'vbus', 'dc'}
@@ -59,6 +59,10 @@ _OF_MOTORS = re.compile(r'motor_?(?=(?:states?|cmds?|commands?)\b)', re.IGNORECA
 """How logs of legged robots call their actuators; the angle in it is that of the joint."""
 _LEROBOT = re.compile(r'observation\.\w+|action')
 """Features of LeRobot: in brackets behind them stands which joint, and no unit."""
+_ELECTRICAL = ('elec', 'elek', 'elett')
+"""How words for electrical begin in English, German, Italian and more."""
+_OF_FIELD = re.compile(r'(?:^|_)(theta|phi)_?el?$')
+"""Symbols of the electrical angle."""
 _OTHERS = '[^a-z\u00df-\u024f\u0400-\u04ff0-9_]+'
 """What parts words: all but letters of Latin and Cyrillic, digits and lines below."""
 _IN_ANGLES = re.compile(r'_(deg|m?rad)$')
@@ -93,6 +97,7 @@ def looks_like(source: str, kind: str = '') -> str:
         return name
     name = _OF_MOTORS.sub('', name)
     words = _words(name) - (_VOLTAGE if unit in _FORCES else set())
+    words -= {'q'} if words & (_VOLTAGE | {'v'}) else set()  # u_q: the axis of a motor, no angle
     words |= {'angle'} if _IN_ANGLES.search(name.lower()) else set()
     if not words & _QUANTITIES and name.partition('[')[0] in ('observation.state', 'action'):
         words |= {'angle'}
@@ -136,7 +141,7 @@ def _reference(words: set[str]) -> str:
                           (_POSITION, 'reference_position')):
         if words & found:
             return column
-    if words & _VOLTAGE and 'input' not in words:  # what the drive was told, and no supply
+    if words & (_VOLTAGE | _SHARE) and 'input' not in words:  # told, and no supply
         return 'voltage'
     return TOLD_TORQUE if words & _TORQUE and not words & _NEITHER else ''
 
@@ -150,8 +155,8 @@ def _words(name: str) -> set[str]:
 def _parted(name: str) -> list[str]:
     """Return the words of a name in small letters without accents, in their own language."""
     parted = bare(re.sub(r'(?<=[^\W\d_A-ZÀ-ÖØ-Þ])(?=[A-ZÀ-ÖØ-Þ])', '_', name))
-    return [word for word in re.split(rf'{_OTHERS}|(?<=[^\W_])_', _DESIRED.sub(
-        r'\1_desired', parted)) if word]
+    words = re.split(rf'{_OTHERS}|(?<=[^\W_])_', _DESIRED.sub(r'\1_desired', parted))
+    return [word for one in words if (word := one.lstrip('_'))]  # _time of InfluxDB
 
 
 def _is_foreign(name: str) -> bool:
@@ -171,9 +176,21 @@ def is_speed(source: str) -> bool:
     return bool(_words(split(source)[0]) & SPEED)
 
 
+def is_effective(source: str) -> bool:
+    """Tell whether a name says that a source is the effective value of a sine."""
+    return bool(_words(split(source)[0]) & {'rms', 'eff', 'effective'})
+
+
+def is_electrical(source: str) -> bool:
+    """Tell whether an angle is electrical by its name: it turns pole pairs times as often."""
+    words = _parted(split(source)[0])
+    return any(word.startswith(_ELECTRICAL) for word in words) or bool(
+        _OF_FIELD.search('_'.join(words)))
+
+
 def is_share(source: str) -> bool:
     """Tell whether a command is a share of the supply by its name: a duty, or counts of a PWM."""
-    return bool(_words(split(source)[0]) & {'pwm', 'duty'})
+    return bool(_words(split(source)[0]) & _SHARE)
 
 
 def likely(name: str, missing: list[str]) -> str:

@@ -23,8 +23,13 @@ COMMANDS = ('voltage', 'added_command')
 CURRENTS = ('current', 'current_reference')
 _OF_RATED = r'(?i)(0\.1 ?)?(%|percent).*|(\u2030|per ?mille|per thousand|1/1000).*'
 """Units of a share of what a drive is rated for, as CiA 402 has torque and current."""
-EFFECTIVE = ('arms', 'aeff')
-"""Units of a current by its effective value, in small letters."""
+EFFECTIVE = ('it is the effective value of a sine: write A where the torque constant is given for '
+             'that (N m/Arms), else 1.41421 A')
+PEAK = ('it is the peak of a sine: write A where the torque constant is given for that, else '
+        '0.707107 A where it is given for the effective value (N m/Arms)')
+OF_SINES = (dict.fromkeys(('arms', 'aeff'), f'; {EFFECTIVE}')
+            | dict.fromkeys(('apk', 'apeak', 'ap'), f'; {PEAK}'))
+"""What is said of units of a current that is a sine, in small letters without blanks."""
 _EXAMPLES = {'s': 'ms, us, ns', 'rad': 'deg, rev, 1/4096 rev (one count of an encoder)',
              'rad/s': 'deg/s, rpm, Hz (turns a second)', 'A': 'mA',
              'V': 'mV (a command may also be in A or mA)',
@@ -111,9 +116,8 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
     elif unit in ('%', 'percent'):
         hint += ('; leave the unit out and give scale: in the mapping, what 1 % is in '
                  f'{wanted}: scale: 0.08 where the whole is 8 {wanted}')
-    if name in (*CURRENTS, *COMMANDS) and re.sub('[ _]', '', unit.lower()) in EFFECTIVE:
-        hint += ('; it is the effective value of a sine: write A where the torque constant is '
-                 'given for that (N m/Arms), else 1.41421 A')
+    if name in (*CURRENTS, *COMMANDS):
+        hint += OF_SINES.get(re.sub('[ _]', '', unit.lower()), '')
     if name in (*CURRENTS, *COMMANDS) and _is_of(unit, 'N m'):
         hint += ('; leave the unit out and give the drive a torque constant of 1 N m/A, so that '
                  '1 A stands for 1 N m')

@@ -18,6 +18,7 @@ from .stray_lines import rows_alone
 from .text_encoding import last_line
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
+_SHOWN = 200  # letters of a line that a message shows
 
 
 @dataclass(frozen=True)
@@ -135,9 +136,10 @@ def count_of_bare_columns(path: Path) -> int:
 def _names(path: Path, layout: Layout, names: Sequence[str]) -> list[str]:
     own = layout.names
     if layout.bare and not names:
-        above = layout.above.strip()
+        above, row = (one if len(one) <= _SHOWN else f'{one[:_SHOWN]} ...'
+                      for one in (layout.above.strip(), layout.row.strip()))
         raise ValueError(f'{path} has no line of names for the {len(own)} columns of its first '
-                         f'row, {layout.row.strip()!r}' + (f': above it stands {above!r}'
+                         f'row, {row!r}' + (f': above it stands {above!r}'
                                                            if above else '')
                          + f'; put the {len(own)} names of the columns above it, such as '
                          't,voltage,motor_position, or give them in a mapping file: '

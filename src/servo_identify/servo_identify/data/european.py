@@ -44,7 +44,7 @@ _UNITS = {
     'V': 'voltio voltios вольт в', 'mV': 'мв', 'A': 'ampère ampères amperio amperios ампер а',
     'mA': 'ма', 'rad': 'radianti radiante radianes radiano radianos рад',
     'deg': 'grad degré degrés grado grados gradi graus graden grader град',
-    'rev': 'tr tour tours giro giri vuelta vueltas volta voltas об',
+    'rev': 'umdr tr tour tours giro giri vuelta vueltas volta voltas об',
     'min': 'мин minute minuten minutes minuto minutos minuti',
 }
 _PARTS = ('wert', 'stell', 'schlepp', 'dreh', 'positions', 'gehäuse', 'uhr', 'stempel')

@@ -13,6 +13,7 @@ from typing import Any
 
 from servo_twin.description.nearest_name import or_what
 
+from .column_names import looks_like
 from .json_file import flat
 
 _NUMBERS = ('data', 'values', 'samples')
@@ -33,7 +34,7 @@ def table_of(path: Path, content: Any, rows: str) -> list[Any] | dict[str, list[
         content = content[name]
     if not rows:
         content = _inner(content)
-    content = _of_channels(_with_names(content))
+    content = _alone(path, _of_channels(_with_names(content)))
     if isinstance(content, dict):
         return {name: value for name, value in flat(content) if isinstance(value, list)}
     if isinstance(content, list) and all(isinstance(row, dict) for row in content):
@@ -44,6 +45,19 @@ def table_of(path: Path, content: Any, rows: str) -> list[Any] | dict[str, list[
     raise ValueError(f'{path}: {what}; write a record for each row, [{{"t": 0.0, "current": 0.1}}'
                      ', ...], or a list for each column, {"t": [0.0, ...], "u": [0.1, ...]}; '
                      "where it stands within more, 'rows' of a mapping file names it")
+
+
+def _alone(path: Path, content: Any) -> Any:
+    """Return the one record of a list whose times are a list; raises ValueError for several."""
+    if not isinstance(content, list) or not content or not all(
+            isinstance(one, dict) and any(looks_like(name) == 't' and isinstance(times, list)
+                                          for name, times in one.items()) for one in content):
+        return content
+    if len(content) > 1:
+        raise ValueError(f'{path} holds {len(content)} records with times of their own, as of '
+                         'several machines or runs: make a file of each, by for k, one in '
+                         "enumerate(json.load(file)): json.dump(one, open(f'{k}.json', 'w'))")
+    return content[0]
 
 
 def _steps(content: Any, rows: str) -> list[str]:

@@ -116,8 +116,9 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
             clock = seconds_of(values)
             name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
-            if clock is not None:
-                table.begins[name] = str(next(one for one in values if one)).strip()
+            first = next((str(one).strip() for one in values if one), '')
+            if clock is not None and ':' in first:  # no duration
+                table.begins[name] = first
         except ValueError as problem:
             runs = numbered(name, values)
             if runs is None:
@@ -143,7 +144,7 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
             why = _AGAIN if shown.strip() == name else _SERIAL if _ARROW in shown else (
                 _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else
                 _EMPTY if shown.startswith('#') else
-                _LISTED if isinstance(values[at], list | dict) else
+                _LISTED if isinstance(values[at], list | dict) or shown[:1] in '[(' else
                 _HEX if all(_BASE_16.fullmatch(str(one).strip()) for one in values) else '')
             shown = shown if len(shown) <= LONGEST else f'{shown[:LONGEST]} ...'
             raise ValueError(f'{path}: column {name!r} has {shown!r} in row {at + 1}, which '

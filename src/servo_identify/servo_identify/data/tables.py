@@ -25,6 +25,7 @@ from .several_runs import cut_before, goes_on, groups_of, runs_of
 from .split_stamps import with_whole_stamps
 from .spreadsheet import sheet_text
 from .table import from_arrow, Table, with_texts, without_empty
+from .tdms_file import load_tdms
 from .times_of_groups import on_rows_of_one
 
 _HDF5 = ('.h5', '.hdf5')
@@ -34,20 +35,20 @@ _ELSEWHERE = {
     **dict.fromkeys(('.trc', '.blf'), 'its CAN frames are bytes: decode them by the DBC of the '
                     'drive into a table, as by can.LogReader and cantools '
                     '(Database.decode_message)'),
-    '.tdms': 'export it as CSV, or with nptdms: '
-             'TdmsFile.read(FILE).as_dataframe(time_index=True).to_csv(NEW)',
     **dict.fromkeys(('.mf4', '.mdf'), 'export it as CSV, or with asammdf: '
                     'MDF(FILE).to_dataframe(raster=0.001, time_from_zero=True).to_csv(NEW), with '
                     'the period of yours'),
     **dict.fromkeys(('.svdx', '.svbx', '.tcscopex'), 'export it from the Scope of TwinCAT as CSV'),
     **dict.fromkeys(('.pkl', '.pickle', '.p', '.joblib', '.pt', '.pth'), 'a pickle may run code '
                     'and is not read: save the frame as Parquet or CSV, arrays by numpy.savez'),
-    **dict.fromkeys((*PACKED, '.zip', '.7z', '.tar', '.tgz'), 'unpack it first')}
+    **dict.fromkeys((*PACKED, '.7z', '.tar', '.tgz'), 'unpack it first'),
+    **dict.fromkeys(('.yaml', '.yml'), 'of topics record a bag (`ros2 bag record`), and give '
+                    'that; else save the rows as CSV')}
 """Kinds of files that are not read, and what to do about each."""
 
 _ARROWS = ('.feather', '.arrow', '.arrows', '.ipc')
-SUFFIXES = (*TEXTS, '.parquet', *_ARROWS, '.npz', '.npy', '.mat', *_HDF5, *_SHEETS, '.json',
-            *LINES)
+SUFFIXES = (*TEXTS, '.parquet', *_ARROWS, '.npz', '.npy', '.mat', *_HDF5, '.tdms', *_SHEETS,
+            '.json', *LINES)
 
 
 def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
@@ -66,14 +67,14 @@ def read_table(path: Path, rows: str = '', names: Sequence[str] = ()) -> Table:
 
 def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[Table]:
     """
-    Read a file of text (CSV), Parquet, Feather, NumPy, MAT, HDF5, XLSX or JSON; a table each run.
+    Read a text (CSV), Parquet, Feather, NumPy, MAT, HDF5, TDMS, XLSX or JSON; a table each run.
 
-    Each may be packed by gzip, bzip2, zstd or xz (``run.csv.gz``). ``rows`` names the list of
-    records in a JSON file, where it is not the whole, or the sheet of a spreadsheet; ``names`` the
-    columns of a text file that has no line of names. The columns of an array of two dimensions are
-    called ``name[0]``, ``name[1]`` ...; those of a structure ``name.field``. Raises ValueError for
-    another suffix, a file that does not parse, text among numbers and columns of unequal length,
-    OSError for a file that cannot be read.
+    Each may be packed by gzip, bzip2, zstd or xz, or alone in a ZIP (``run.csv.gz``). ``rows``
+    names the list of records in a JSON file, where it is not the whole, or the sheet of a
+    spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
+    array of two dimensions are called ``name[0]``, ``name[1]`` ...; those of a structure
+    ``name.field``. Raises ValueError for another suffix, a file that does not parse, text among
+    numbers and columns of unequal length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
     if path.is_dir():
@@ -133,6 +134,10 @@ def _sheet(path: Path, named: str, names: Sequence[str]) -> list[Table]:
 
 def _numpy(path: Path) -> list[Table]:
     return _of_arrays(path, *load_numpy(path))
+
+
+def _tdms(path: Path) -> list[Table]:
+    return _of_arrays(path, load_tdms(path), {})
 
 
 def _of_arrays(path: Path, arrays: dict[str, Any], refused: dict[str, str]) -> list[Table]:
@@ -239,4 +244,5 @@ def _deep(path: Path, arrays: dict[str, Any]) -> dict[str, str]:
 
 
 _OF_ARROW = {'.parquet': _parquet} | dict.fromkeys(_ARROWS, _feather)
-_OF_ARRAYS = dict.fromkeys(('.npz', '.npy'), _numpy) | dict.fromkeys(('.mat', *_HDF5), _mat)
+_OF_ARRAYS = {'.tdms': _tdms} | dict.fromkeys(('.npz', '.npy'), _numpy) | dict.fromkeys(
+    ('.mat', *_HDF5), _mat)

@@ -67,7 +67,7 @@ _PREFIXED = {
 }
 _PREFIXED |= {'\u03a9': _PREFIXED['ohm'], '\u2126': _PREFIXED['ohm'], 'Ohm': _PREFIXED['ohm']}
 _PLAIN = {
-    'rev': _RAD._replace(factor=2 * pi),
+    'rev': _RAD._replace(factor=2 * pi), 'gon': _RAD._replace(factor=pi / 200),
     'arcmin': _RAD._replace(factor=pi / 10800), 'arcsec': _RAD._replace(factor=pi / 648000),
     'min': Unit(60.0, (0, 0, 1, 0), timed=True), 'h': Unit(3600.0, (0, 0, 1, 0), timed=True),
     'days': Unit(86400.0, (0, 0, 1, 0), timed=True),
@@ -82,7 +82,8 @@ _PLAIN |= {'day': _PLAIN['days'],
            'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
            'sec': _PREFIXED['s']}
 _SPELLED = {'volt': _PREFIXED['V'], 'amp': _PREFIXED['A'], 'ampere': _PREFIXED['A'],
-            'radian': _RAD, 'degree': _PREFIXED['deg'], 'newton': _PREFIXED['N'],
+            'radian': _RAD, 'degree': _PREFIXED['deg'], 'gradian': _PLAIN['gon'],
+            'newton': _PREFIXED['N'],
             'meter': _PREFIXED['m'], 'metre': _PREFIXED['m'], 'second': _PREFIXED['s'],
             'millisecond': Unit(1e-3, (0, 0, 1, 0), timed=True),
             'microsecond': Unit(1e-6, (0, 0, 1, 0), timed=True), 'rpm': _PREFIXED['rpm'],

@@ -15,7 +15,7 @@ from ..data.column_names import ANGLE, is_share, looks_like, NAMES
 from ..data.column_units import COMMANDS, UNIT
 from ..data.finding import SHOWN
 from .given_columns import judge_unit
-from .hints import counts_rows, in_volts, without_angle
+from .hints import counts_rows, doubt_of, in_volts, without_angle
 from .machine import ABOUT, example, flag, Machine, SECTIONS
 from .proposals import may_be_angle, Proposal, rises
 from .questions import Ask, one_of, until
@@ -71,10 +71,12 @@ def choose_columns(of: Offered, proposals: Mapping[str, Sequence[Proposal]],
         else:
             others = [one.source for one in loose[1:]]
             first = replace(loose[0], column=ENCODERS[0])
+            doubt = doubt_of(first.column, first.source)
             unit = '' if not _refused(ENCODERS[0], first) and (first.unit or si) else ':UNIT'
             missing.append(f'--column {shlex.quote(f"motor_position={first.source}{unit}")} '
                            f'(or load_position{f"; or of {others}" if others else ""}'
-                           f'{"; both shafts take a --column each" if others else ""})')
+                           f'{"; both shafts take a --column each" if others else ""}'
+                           f'{f"; {doubt}" if doubt else ""})')
     for names in (('t',), ENCODERS):
         if any(name in chosen or not ask and proposals.get(name) for name in names) or (
                 not ask and loose and names is ENCODERS):
@@ -157,7 +159,7 @@ def _may_be(of: Offered, names: Sequence[str], taken: Container[str]) -> list[st
     if names == ('t',):
         return [one for one in free if rises(of.numbers.get(one))] or free
     return [one for one in free if may_be_angle(one, of.units.get(one, ''))
-            and not _stands(of.numbers.get(one))]
+            and not _stands(of.numbers.get(one)) and not counts_rows(of.numbers.get(one))]
 
 
 def _stands(numbers: np.ndarray | None) -> bool:
@@ -179,6 +181,8 @@ def _refused(column: str, one: Proposal) -> str:
         return ('it is a share of the supply: give what 1 of it is, ' + (
             '0.24 V of a % at 24 V' if one.unit else '24 V of a duty, 24/255 V of counts up to '
             '255'))
+    if not one.unit and (doubt := doubt_of(column, one.source)):
+        return doubt
     try:
         judge_unit(repr(one.source), column, one.unit)
     except ValueError as problem:

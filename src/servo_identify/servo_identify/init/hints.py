@@ -8,16 +8,36 @@ import re
 
 import numpy as np
 
-from ..data.column_names import is_no_angle, is_speed, looks_like, split
+from ..data.column_names import (
+    ANGLE,
+    is_effective,
+    is_electrical,
+    is_no_angle,
+    is_speed,
+    looks_like,
+    split,
+)
+from ..data.column_units import COMMANDS, CURRENTS, EFFECTIVE
 from .joints import are_phases
 from .sources import Offered
 
+_ANGLES = ('motor_position', 'load_position', 'reference_position')
 VOLTS = ('V', 'mV', 'volt', 'volts', 'Volt', 'Volts')
 
 
 def counts_rows(times: np.ndarray | None) -> bool:
     """Tell whether times rise by 1 from row to row: of ms at 1 kHz, or a number of each row."""
     return times is not None and len(times) > 1 and bool(np.all(np.diff(times) == 1.0))
+
+
+def doubt_of(column: str, source: str) -> str:
+    """Return why the name of a source puts its unit in doubt; '' where it does not."""
+    if column in (*CURRENTS, *COMMANDS) and is_effective(source):
+        return EFFECTIVE
+    if column in (ANGLE, *_ANGLES) and is_electrical(source):
+        return ('it is an electrical angle: give what 1 rad of it is of the motor, 1/7 rad at 7 '
+                'pole pairs')
+    return ''
 
 
 def in_volts(of: Offered, taken: Container[str]) -> list[str]:

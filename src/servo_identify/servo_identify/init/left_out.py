@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 import re
 
 from ..data.column_names import ANGLE, looks_like, TOLD_TORQUE, TORQUE
+from .hints import doubt_of
 from .proposals import Proposal
 from .sources import Offered
 
@@ -43,6 +44,7 @@ def other_angles(proposals: Mapping[str, Sequence[Proposal]], chosen: Mapping[st
     shaft = shafts[0].partition('_')[0]
     return [f"{one.source!r} is an angle as well: --column '{shaft}_position={one.source}"
             f"{'' if one.unit else ':UNIT'}' where it is that of the {shaft}"
+            + (f' ({doubt})' if (doubt := doubt_of(one.column, one.source)) else '')
             for one in proposals.get(ANGLE, ()) if one.source in left]
 
 

@@ -24,7 +24,7 @@ from .left_out import left_out, other_angles, reasons, remarks
 from .machine import flags, Machine
 from .next_step import UNUSED, what_it_tells
 from .noise import noise_of
-from .proposals import needs_mapping, Proposal, proposed, sampled_less_often
+from .proposals import doubt_of_time, needs_mapping, Proposal, proposed, sampled_less_often
 from .questions import Ask
 from .sources import Offered
 from .torques import as_currents, complete_drive
@@ -148,7 +148,7 @@ def made_of(draft: Draft) -> Made:
     servo = servo_text(machine, noise_of(recording, machine.servo()), wanted.tolerance)
     found = check([recording, *others], servo_file.loads(servo, str(wanted.output)))
     return Made(draft, columns, servo, mapping_text(of, columns) if mapped else '', tuple(found),
-                doubt)
+                doubt + doubt_of_time(of, columns['t']))
 
 
 def _read(of: Offered, servo: str, mapping: str) -> list[Recording]:

@@ -23,7 +23,7 @@ from ..data.column_names import (
 from ..data.column_units import factor_of, UNIT
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
-from .hints import counts_rows
+from .hints import counts_rows, doubt_of
 from .joints import joints_of, of_joint
 from .sources import Offered
 
@@ -92,6 +92,8 @@ def _proposed(of: Offered, sources: Sequence[str]) -> dict[str, list[Proposal]]:
 
 def unit_said(of: Offered, column: str, source: str) -> str:
     """Return the unit of a source that header, name or size of its numbers say; '' for none."""
+    if doubt_of(column, source):
+        return ''
     unit = of.units.get(source) or _unit_behind(source, column)
     if column == 't' and not unit:
         word = split(source)[0].lower()
@@ -188,6 +190,17 @@ def unit_of_time(times: np.ndarray | None) -> str:
     if times is None or len(times) < 2 or counts_rows(times):
         return ''
     return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
+
+
+def doubt_of_time(of: Offered, time: Proposal) -> str:
+    """Say, behind a sentence, that its size alone told the unit of a time; '' where not."""
+    said = (of.units.get(time.source) or _unit_behind(time.source, 't')
+            or unit_of_stamps(of.firsts.get(time.source, 0.0)))
+    guessed = time.unit == unit_of_time(of.numbers.get(time.source))
+    if said or time.unit in ('', 's') or not guessed:
+        return ''
+    return (f"; the time was taken in {time.unit} by its size alone: --column 't={time.source}:"
+            f"0.1 {time.unit}' says another unit, as of ticks")
 
 
 def sampled_less_often(of: Offered, chosen: Mapping[str, Proposal]) -> list[str]:

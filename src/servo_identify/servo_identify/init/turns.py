@@ -10,9 +10,10 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from ..data.column_names import is_electrical
 from ..data.column_units import factor_of
 from ..data.signals import TURN
-from ..data.survey import survey
+from ..data.survey import round_of, survey
 from ..data.unsigned import bits_of, OTHERS
 from .proposals import Proposal
 from .sources import Offered
@@ -25,9 +26,16 @@ NEAR = 0.003  # of a round, within which the one that is meant is taken for it
 
 def with_turns(columns: Mapping[str, Proposal], recording: Recording,
                servo: Servo) -> dict[str, Proposal]:
-    """Return the columns, with the round of those that jump back by it in this recording."""
+    """
+    Return the columns, with the round of those that jump back by it in this recording.
+
+    An electrical angle has its own, which it passes too often for any other to be told.
+    """
     turned = {name: _meant(turn / factor_of(name, name, columns[name].unit, servo), turn == TURN)
               for name, turn in survey(recording, servo).wrapped.items()}
+    turned |= {name: turn for name, one in columns.items() if is_electrical(one.source)
+               and (turn := _turn_of_field(recording[name] / factor_of(
+                   name, name, one.unit, servo)))}
     return {name: replace(one, wraps=turned.get(name, one.wraps)) for name, one in columns.items()}
 
 
@@ -55,6 +63,12 @@ def with_signs(columns: Mapping[str, Proposal], of: Offered) -> dict[str, Propos
     told = {name: bits_of(of.numbers[one.source]) for name, one in columns.items()
             if name not in OTHERS and one.source in of.numbers}
     return {name: replace(one, signed=told.get(name, 0)) for name, one in columns.items()}
+
+
+def _turn_of_field(numbers: np.ndarray) -> float:
+    """Return the turn, rad or degrees, by which numbers (rows,) jump back; 0 where they do not."""
+    known = numbers[np.isfinite(numbers)]
+    return next((turn for turn in (TURN, 360.0) if round_of(known * (TURN / turn)) == TURN), 0.0)
 
 
 def _meant(seen: float, turn: bool) -> float:
