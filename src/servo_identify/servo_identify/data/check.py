@@ -16,11 +16,11 @@ from .fill_values import fill_findings
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
 from .looked_over import looked_over
+from .oversized import size_findings
 from .raw_encoder import wrapped_findings
 from .reader_advice import READER
 from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
-from .sizes import size_findings
 from .survey import limit_of, Survey, survey
 from .time_units import LONGEST, unit_of_times, WORDS
 from .told_by_another import (

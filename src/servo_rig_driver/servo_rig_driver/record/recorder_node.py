@@ -112,12 +112,14 @@ class Recorder(Node):
         watch = self.watches.get(topic)
 
         def take(data: bytes) -> None:
+            if self.failure:
+                return
             try:
-                if not self.failure:
-                    self.file.write(topic, time_ns(), data)
+                self.file.write(topic, time_ns(), data)
             except NO_ROOM as error:
                 self._fail(error)
-            if watch is not None and not self.failure:
+                return
+            if watch is not None:
                 watch.take(*block_of(data))
 
         return take
@@ -191,10 +193,7 @@ class Recorder(Node):
         lines = [f'recorded {self.file.path}: {monotonic() - self._began:.1f} s']
         for topic, count in self.file.counts.items():
             watch = self.watches.get(topic)
-            lines.append(f'  {topic}: {count} messages')
-            if watch is not None:
-                lines[-1] += f', {watch.samples} samples, {watch.lost} lost in {watch.gaps} gaps'
-                lines[-1] += f', {watch.restarts} restarts' if watch.restarts else ''
+            lines.append(f'  {topic}: {count} messages{f", {watch}" if watch is not None else ""}')
         return '\n'.join(lines)
 
 
@@ -241,7 +240,8 @@ def main() -> int:
         executor.remove_node(node)
         node.destroy_node()
         rclpy.try_shutdown()
-    if ended := node.failure or (node.done.result() if node.done.done() else ''):
+    ended = node.failure or (node.done.result() if node.done.done() else '')
+    if ended:
         print(f'recorder: {ended}', file=sys.stderr)
     return 1 if ended else 0
 

@@ -42,3 +42,7 @@ class SequenceWatch:
             self.restarts += 1
         self.samples += samples
         self.expected = sequence + samples
+
+    def __str__(self) -> str:
+        restarts = f', {self.restarts} restarts' if self.restarts else ''
+        return f'{self.samples} samples, {self.lost} lost in {self.gaps} gaps{restarts}'

@@ -196,9 +196,10 @@ def one_way(curve: Curve, way: float) -> list[Formed]:
 def _loops(part: Part, one: Hypothesis) -> Formed:
     """Return hysteresis of a reading, or over torsion from the angle lost over torque."""
     stiffness = float(one.detail.get('stiffness', 1.0))
-    a, widths = np.abs(part.amplitudes), np.asarray(one.knots)
-    mean = float(a @ widths) / max(float(a.sum()), 1e-300)
-    slips = _slips(mean, float(a.sum()), stiffness) if 'stiffness' in one.detail else mean
+    sizes = np.abs(part.amplitudes)
+    whole = float(sizes.sum())
+    mean = float(sizes @ np.asarray(one.knots)) / max(whole, 1e-300)
+    slips = _slips(mean, whole, stiffness) if 'stiffness' in one.detail else mean
     return Formed(find(part.mechanism.name),
                   {'level': stiffness * float(part.amplitudes.sum()),
                    'travel': max(slips / MEAN, 1e-9)}, ('level', 'travel'), True)

@@ -12,7 +12,7 @@ from servo_twin.physics.servo import Placed
 
 from ...fit.free_values import SURE
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.nuisance import amplitude_of, FAR, FINE, room_of, slope, value_of
+from ..residuals.nuisance import FAR, FINE, room_of, slope, value_of
 from ..residuals.samples import ResidualSamples
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
@@ -53,18 +53,16 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         if section == 'effects' and parameter.off is None:
             continue
         value = servo.numbers[path]
-        least, most = parameter.bounds
         step = (FINE if lead else SLOPE) * abs(value) or SLOPE * abs(
             default_of(parameter)) or SLOPE
-        column = slope(samples, path, step, (least, most))
+        column = slope(samples, path, step, parameter.bounds)
         if lead:  # the firmware counts with the lead of the file
             column = np.where(samples.rows('controller'), 0.0, column)
         if path in LEVERS:
             column = column - np.where(samples.rows('torque'), samples.base / value, 0.0)
-        room = (amplitude_of(samples, path, least), amplitude_of(samples, path, most)) if (
-            section == 'effects') else room_of(samples, path, (least, most))
         mechanism = _of_value(path, sites)
-        one = builder.hypothesis(mechanism, Columns(column[:, None]), [0], path=path, room=room,
+        one = builder.hypothesis(mechanism, Columns(column[:, None]), [0], path=path,
+                                 room=room_of(samples, path, parameter.bounds),
                                  form=_line(path, mechanism))
         if one:
             yield one

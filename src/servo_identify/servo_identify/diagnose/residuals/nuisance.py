@@ -129,13 +129,13 @@ def amplitude_of(samples: ResidualSamples, path: str, value: float) -> float:
 def room_of(samples: ResidualSamples, path: str, bounds: tuple[float, float] = (-np.inf, np.inf)
             ) -> tuple[float, float]:
     """
-    Return between what the column of a value of drive or mechanism may count.
+    Return between what the column of a value may count: within ``bounds``.
 
-    Within ``bounds`` and a factor FAR: no inertia is negative, and no gain turns round or vanishes
-    to be made up for by another.
+    A value of drive or mechanism is off by a factor FAR at most: no inertia is negative, and no
+    gain turns round or vanishes to be made up for by another.
     """
     given, (least, most) = samples.servo.numbers[path], bounds
-    if given != 0.0:
+    if given != 0.0 and not path.startswith('effects.'):
         ends = sorted((given / FAR, given * FAR))
         least, most = max(least, ends[0]), min(most, ends[1])
     return amplitude_of(samples, path, least), amplitude_of(samples, path, most)
