@@ -17,7 +17,7 @@ from ..decisions import WORTH
 from ..mechanisms.hypothesis import Hypothesis, UNKNOWN
 from ..residuals.nuisance import value_of
 from ..selection.explain import Explained
-from .compliance import sprung
+from .compliance import met, sprung
 from .curves import Part
 from .drawn_values import by_path, stds_of, with_others
 from .effect_values import by_orders, direct, one_way, scale_std, warmed, wave_stds
@@ -159,8 +159,9 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     same = direct(part, one)
     if same:
         added = _placed(part, [same], site, taken)
-        return replace(added, stds=stds_of(part, lambda drawn: by_path(
+        added = replace(added, stds=stds_of(part, lambda drawn: by_path(
             added.placed, [direct(drawn, one)])))
+        return _with_contact(added, servo, one)
     if name == UNKNOWN and part.mechanism.port == 'sensor':
         return Added(part)
     if 'law' in one.detail:
@@ -175,6 +176,15 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     effects = _placed(part, [known], site, taken)
     return replace(effects, as_law=as_law, stds=scale_std(
         part.curve, effects.placed, effects.values, effects.free))
+
+
+def _with_contact(added: Added, servo: Servo, one: Hypothesis) -> Added:
+    """Return an added clearance with the spring on which teeth meet, where the servo has none."""
+    if 'contact' not in one.detail:
+        return added
+    values, step = met(servo, one.detail['contact'])
+    return replace(added, values={**added.values, **values}, free=(*added.free, *values),
+                   mechanism=TwoInertia, step=step)
 
 
 def _by_its_law(part: Part, one: Hypothesis) -> Part:

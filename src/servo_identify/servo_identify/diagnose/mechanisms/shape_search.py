@@ -14,12 +14,13 @@ EACH, REFINED = 8, 60  # of each of several numbers, and tried about the best of
 
 
 def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
-               residual: np.ndarray, whole: bool = False) -> float:
+               residual: np.ndarray, whole: bool = False, shapes: int = SHAPES) -> float:
     """
     Return the number between ``low`` and ``high`` whose column takes most of a residual.
 
     ``column(number)`` (samples,) counts as :func:`taken` has it; ``whole``: as it is. The number
     alone then says how much there is, as of a lag: many times a short one is no long one.
+    ``shapes`` are tried first, so that none between two of them is passed over.
     """
     def gain(log: float) -> float:
         one = column(float(np.exp(log)))
@@ -27,10 +28,10 @@ def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
             return float(-2.0 * one @ residual - one @ one)
         return float(taken(one[:, None], residual)[0])
 
-    grid = np.linspace(np.log(low), np.log(high), SHAPES)
+    grid = np.linspace(np.log(low), np.log(high), shapes)
     best = int(np.argmax([gain(log) for log in grid]))
     found = minimize_scalar(lambda log: -gain(log), method='bounded', options={'xatol': FINE},
-                            bounds=(grid[max(best - 1, 0)], grid[min(best + 1, SHAPES - 1)]))
+                            bounds=(grid[max(best - 1, 0)], grid[min(best + 1, shapes - 1)]))
     return float(np.exp(found.x))
 
 
