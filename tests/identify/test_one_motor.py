@@ -28,14 +28,20 @@ effects:
 ROW = 0.01  # s, and J R / (K_m K_e) is 3.6 ms
 
 
-def moved(rig, seed, lost=0.0, row=ROW, size=1.2):
-    """Return a recording of a motor; at 100 Hz it answers within a row."""
+def moved(rig, seed, lost=0.0, row=ROW, size=1.2, softly=0.0):
+    """
+    Return a recording of a motor; at 100 Hz it answers within a row.
+
+    By the sign of its current volts are ``lost``, A ``softly``.
+    """
     time = np.arange(round(15.0 / row)) * row
     command = sum(size * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
     one = sampled(rig, command, seed=seed, period=row)
     gone = np.full(len(time), np.nan)
+    current = one.columns['current']
+    sign = np.tanh(current / softly) if softly else np.sign(current)
     return replace(one, columns={**one.columns, 'load_position': gone, 'torque': gone,
-                                 'voltage': command + lost * np.sign(one.columns['current'])},
+                                 'voltage': command + lost * sign},
                    family='multisine', name=f'multisine_{seed}')
 
 
@@ -69,6 +75,22 @@ def test_volts_that_a_bridge_loses_by_the_sign_of_its_current_are_a_dead_band():
     lost = numbers.get('effects.drive_dead_band.half_width') or (
         3.2 * numbers['effects.drive_dead_time.loss'])
     assert lost == pytest.approx(0.4, rel=0.1)
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_volts_that_are_lost_softly_are_found_beside_cogging():
+    rig = HOBBY.with_values({'drive.inductance': 1.6e-3}).with_effects(
+        Placed('detents', find('cogging'), 'motor'), values={
+            'effects.detents.order': 12.0, 'effects.detents.cosine': (0.04,),
+            'effects.detents.sine': (0.0,)})
+    believed = HOBBY.with_values({'drive.inductance': 1.6e-3})
+    several = [moved(rig, seed, lost=0.5, row=1e-3, size=2.5, softly=0.1) for seed in (1, 2, 3)]
+    answer = diagnose(several[:1], believed, several[1:2], several[2:])
+    assert {one.effect for one in answer.report.which} == {'drive_dead_band', 'cogging'}
+    numbers = answer.augmented.numbers
+    assert 3.2 * numbers['effects.drive_dead_time.loss'] == pytest.approx(0.5, rel=0.25)
+    assert answer.report.gap['solved'] > 0.6
 
 
 @pytest.mark.long

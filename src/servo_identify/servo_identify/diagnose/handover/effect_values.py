@@ -119,7 +119,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif name == 'backlash':
         values = {'width': float(a[0]) if part.curve is None else float(part.curve.y[-1])}
     elif one.detail.get('law') == 'drive_dead_time':
-        values = {'loss': float(a.sum()) / one.detail['resistance']}
+        values = _lost(a / one.detail['resistance'], np.asarray(one.knots))
+        fixed = {'settling': one.detail['settling']}
     elif name == 'supply_sag':
         values, fixed = {'drop': float(a[0])}, dict(one.detail)
     elif one.detail.get('law') == 'one_sided_stiffness':  # what is lost of an angle, as torque
@@ -191,6 +192,18 @@ def one_way(curve: Curve, way: float) -> list[Formed]:
         'coulomb_friction': {'level': level}, 'viscous_friction': {'slope': slope}}
     return [Formed(find(name), values, tuple(values), law)
             for name, values in several.items() if any(values.values())]
+
+
+def _lost(losses: np.ndarray, knees: np.ndarray) -> dict[str, float]:
+    """
+    Return what a bridge loses of a current, and from which current that is all, A.
+
+    ``losses`` build up over ``knees`` of the current that would flow without them. By the slope
+    at rest, where a share of it flows all the same.
+    """
+    loss = float(losses.sum())
+    slope = float(losses @ (1.0 / knees))
+    return {'loss': loss, 'rounding': max(loss / slope - loss, 0.0) if slope > 0.0 else 0.0}
 
 
 def _loops(part: Part, one: Hypothesis) -> Formed:

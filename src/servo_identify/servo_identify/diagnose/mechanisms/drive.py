@@ -23,7 +23,7 @@ BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
-KNEES = (0.003, 0.01, 0.03, 0.1)  # shares of the largest current within which its sign shows
+KNEES = (0.003, 0.01, 0.03, 0.1, 0.25, 0.5)  # shares of the largest current: its sign shows
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 SHARES = (0.0, 1.0)  # of a command that comes late: more than all of it would be turned round
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
@@ -102,23 +102,27 @@ def _dead_time(builder: Builder) -> Hypothesis | None:
     """
     Volts that a bridge loses by the sign of its current while neither switch is on.
 
-    By the current that would flow without that loss: what the motion asks for is blurred where
-    the current jumps.
+    By the current that the recorded command would drive without that loss: what the motion asks
+    for is blurred where the current jumps, and has no part of what else is missing.
     """
-    resistance = builder.samples.servo.numbers.get('drive.resistance')
+    values = builder.samples.servo.numbers
+    resistance = values.get('drive.resistance')
     if not resistance:
         return None
-    top = max(float(np.nanmax(np.abs(one.driven_current))) for one in builder.samples.errors)
+    driven = {id(one): one.drive_current(one.servo.theta, one.measured.column('voltage', 0.0))
+              for one in builder.samples.errors}
+    top = max(float(np.nanmax(np.abs(current))) for current in driven.values())
     knees = tuple(share * top for share in KNEES)
     mechanism = Mechanism('drive_dead_band', 'drive', 'current', ('current',), 'odd')
 
     def lost(current: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
 
-    columns = through(builder, lambda one: lost(np.nan_to_num(one.driven_current)))
-    form = Form('current', 'A', 'V', lambda one: one.inner(one.driven_current), lost)
-    return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form,
-                              detail={'law': 'drive_dead_time', 'resistance': resistance})
+    columns = through(builder, lambda one: lost(np.nan_to_num(driven[id(one)])))
+    form = Form('current', 'A', 'V', lambda one: one.inner(driven[id(one)]), lost)
+    settling = values.get('drive.inductance', 0.0) / resistance
+    return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form, detail={
+        'law': 'drive_dead_time', 'resistance': resistance, 'settling': settling})
 
 
 def _sag(builder: Builder) -> Hypothesis | None:
