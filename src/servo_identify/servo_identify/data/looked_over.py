@@ -39,12 +39,12 @@ class LookedOver:
     @cached_property
     def usable(self) -> list[tuple[Recording, Signals]]:
         """Recordings whose channels may be held against each other: no encoders part in them."""
-        return [(one, at) for one, at in self._all if one.name not in self.parted]
+        return [(one, at) for one, at in self.every if one.name not in self.parted]
 
     @cached_property
     def parted(self) -> dict[str, Parting]:
         """How far the two encoders part, at the load, by the name of a recording."""
-        found = {one.name: parted(at, self.servo) for one, at in self._all}
+        found = {one.name: parted(at, self.servo) for one, at in self.every}
         return {name: apart for name, apart in found.items() if apart}
 
     @cached_property
@@ -61,7 +61,8 @@ class LookedOver:
         return found
 
     @property
-    def _all(self) -> list[tuple[Recording, Signals]]:
+    def every(self) -> list[tuple[Recording, Signals]]:
+        """Recordings that have enough samples."""
         return [(one, at) for one, at in zip(self.recordings, self.seen, strict=True)
                 if at is not None]
 

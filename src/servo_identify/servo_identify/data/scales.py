@@ -26,7 +26,7 @@ from .rough_balances import balances
 from .shown_drift import drift_findings
 from .shown_factor import reference_findings, unnamed
 from .shown_inertia import inertia_findings, NEAR
-from .shown_parting import parting_findings
+from .shown_parting import parted, parting_findings
 from .shown_ratio import FORM, ratio_findings
 from .shown_winding import winding_findings
 from .signals import ANGLES, Signals
@@ -58,7 +58,11 @@ class Evidence:
 
 def scale_findings(over: LookedOver) -> list[Finding]:
     """Return what units, scales, signs and shafts look wrong; none where all is well."""
-    servo, apart = over.servo, parting_findings(over.parted, over.servo)
+    servo = over.servo
+    in_one_unit = _of_both_angles(over)
+    if in_one_unit:
+        return in_one_unit
+    apart = parting_findings(over.parted, servo)
     if not over.usable:
         return apart
     if unnamed(over.off, servo):
@@ -79,6 +83,18 @@ def scale_findings(over: LookedOver) -> list[Finding]:
             *ratio_findings([at for _, at in over.usable], servo, SURE),
             *drift_findings(over.families, servo, SURE),
             *winding_findings(over.families, servo, SURE)]
+
+
+def _of_both_angles(over: LookedOver) -> list[Finding]:
+    """Return the unit that both angles are in, where encoders part that hold once it is mended."""
+    if not over.parted:
+        return []
+    seen, evidence = [at for _, at in over.every], Evidence(over.servo)
+    best = _likeliest(seen, evidence, set())
+    if not best or not {*ANGLES} <= best[0].touches or any(
+            parted(best[0].undone(at), over.servo) for at in seen):
+        return []
+    return _findings('', seen, evidence)
 
 
 def contradicting(looked: Sequence[Recording], servo: Servo) -> list[Finding]:

@@ -75,12 +75,11 @@ def signals(one: Recording, width: float) -> Signals | None:
     apart = max(1, int(APART * width))
 
     def through(values: np.ndarray, order: int = 0) -> np.ndarray:
-        smooth = gaussian_filter1d(values, width, order=order) / one.period**order
-        return smooth[kept][whole][::apart]
+        return derived(values, width, order)[kept][whole][::apart] / one.period**order
 
     filled = {name: bridged(one[name][:MOST]) for name in has}
     angles = [name for name in ANGLES if name in has]
-    speeds = {name: gaussian_filter1d(filled[name], width, order=1) for name in angles}
+    speeds = {name: derived(filled[name], width, 1) for name in angles}
     plain = {name: through(column) for name, column in filled.items()}
     return Signals(width, plain,
                    {name: through(filled[name], 1) for name in angles},
@@ -88,6 +87,20 @@ def signals(one: Recording, width: float) -> Signals | None:
                    {name: through(np.sign(speeds[name])) for name in angles},
                    frozenset(name for name in OTHERS if name in plain and _is_noise(
                        plain[name], filled[name], width)))
+
+
+def derived(values: np.ndarray, width: float, order: int) -> np.ndarray:
+    """
+    Return a derivative of a channel, per sample, under a Gaussian of ``width`` samples.
+
+    That of second order is cut off at its ends, so that its sum is not quite zero: on a shaft of
+    many turns what is left of the angle itself is more than all its acceleration.
+    """
+    told = gaussian_filter1d(values, width, order=order)
+    if order < 2:
+        return told
+    left = gaussian_filter1d(np.ones(1), width, order=order, mode='nearest')
+    return told - left * gaussian_filter1d(values, width)
 
 
 def _is_noise(smooth: np.ndarray, raw: np.ndarray, width: float) -> bool:
