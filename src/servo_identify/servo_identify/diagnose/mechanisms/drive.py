@@ -24,6 +24,7 @@ CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
 KNEES = (0.003, 0.01, 0.03, 0.1, 0.25, 0.5)  # shares of the largest current: its sign shows
+WASTED = 0.2  # share of the largest command that a bridge may lose: more is no bridge that works
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 SHARES = (0.0, 1.0)  # of a command that comes late: more than all of it would be turned round
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
@@ -121,8 +122,10 @@ def _dead_time(builder: Builder) -> Hypothesis | None:
     columns = through(builder, lambda one: lost(np.nan_to_num(driven[id(one)])))
     form = Form('current', 'A', 'V', lambda one: one.inner(driven[id(one)]), lost)
     settling = values.get('drive.inductance', 0.0) / resistance
-    return builder.hypothesis(mechanism, columns, [1] * len(knees), knees, form=form, detail={
-        'law': 'drive_dead_time', 'resistance': resistance, 'settling': settling})
+    return builder.hypothesis(
+        mechanism, columns, [1] * len(knees), knees, form=form,
+        room=(0.0, WASTED * builder.scales.command), detail={
+            'law': 'drive_dead_time', 'resistance': resistance, 'settling': settling})
 
 
 def _sag(builder: Builder) -> Hypothesis | None:
