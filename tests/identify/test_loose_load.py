@@ -31,7 +31,7 @@ FILES = {'rigid': '{type: rigid, ', 'two_inertia': TWO}
 
 
 @njit
-def turned(asked, gap):
+def turned(asked, gap, weight):
     """Integrate two bodies and the teeth between them: the motor's counts and the current."""
     h, count = PERIOD / FINE, 2.0 * np.pi / COUNTS
     motor = load = motor_speed = load_speed = 0.0
@@ -49,13 +49,14 @@ def turned(asked, gap):
                 if gap > 0.0 and torque * over < 0.0:
                     torque = 0.0
             motor_speed += h * (CONSTANT * current - torque / RATIO) / ROTOR
-            load_speed += h * (torque - RUBS * np.tanh(load_speed / 0.005)) / LOAD
+            load_speed += h * (torque - RUBS * np.tanh(load_speed / 0.005)
+                               - weight * np.sin(load)) / LOAD
             motor += h * motor_speed
             load += h * load_speed
     return rows
 
 
-def recorded(gap, seconds=16.0, runs=2):
+def recorded(gap, seconds=16.0, runs=2, weight=0.0):
     time = np.arange(round(seconds / PERIOD)) * PERIOD
     several = []
     for number in range(runs):
@@ -63,7 +64,7 @@ def recorded(gap, seconds=16.0, runs=2):
         asked = RATIO * np.minimum(time, 1.0) * sum(
             0.2 / tone * np.sin(2.0 * np.pi * tone * time + chance.uniform(0.0, 6.0))
             for tone in (0.4, 0.9, 1.7, 3.1))
-        seen, current = turned(asked, gap).T
+        seen, current = turned(asked, gap, weight).T
         known = {'motor_position': seen, 'voltage': current,
                  'current': current + NOISE * chance.standard_normal(len(time))}
         several.append(run_of(number, PERIOD, known, 'multisine'))
@@ -104,3 +105,15 @@ def test_it_is_named_and_handed_over_with_the_teeth_that_meet(shafts):
     assert numbers['mechanism.stiffness'] == pytest.approx(
         STIFFNESS, rel=1e-9 if shafts == 'two_inertia' else 0.5)
     assert answer.report.gap['solved'] > 0.5
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_it_is_told_beside_a_weight_that_the_file_does_not_have():
+    several = recorded(0.006, runs=3, weight=1.2)
+    answer = diagnose(several[:1], servo('two_inertia'), several[1:2], several[2:])
+    assert {one.effect for one in answer.report.which} == {'backlash', 'gravity'}
+    numbers = answer.augmented.numbers
+    assert numbers['effects.backlash.width'] == pytest.approx(0.006, rel=0.2)
+    assert numbers['effects.gravity.sine'] == pytest.approx(-1.2, rel=0.15)
+    assert answer.report.gap['solved'] > 0.6

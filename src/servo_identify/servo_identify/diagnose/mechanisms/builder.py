@@ -14,7 +14,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance
 from ..residuals.samples import ResidualSamples
 from .hypothesis import ANY, Columns, Form, Hypothesis, Mechanism, Room, Series
-from .shape_search import best_shape, SHAPES
+from .shape_search import best_shape
 from .signal_scales import Scales
 
 VANISHING, NOTHING = 1e-6, 1e-12  # share of the largest column, and noise units: moves nothing
@@ -57,19 +57,18 @@ class Builder:
         return x - table @ (self._inverse @ (table.T @ x))
 
     def best_shape(self, low: float, high: float, column: Callable[[float], np.ndarray],
-                   residual: np.ndarray, shapes: int = SHAPES) -> float:
+                   residual: np.ndarray) -> float:
         """Return what :func:`.shape_search.best_shape` does, beside what may move."""
         return best_shape(low, high, lambda number: self.apart(column(number)),
-                          self.apart(residual), shapes=shapes)
+                          self.apart(residual))
 
     def best_columns(self, low: float, high: float, signal: str, of: Series,
-                     residual: np.ndarray, shapes: int = SHAPES) -> tuple[float, Columns]:
+                     residual: np.ndarray) -> tuple[float, Columns]:
         """Return the number of :meth:`best_shape`, and its columns; ``of(errors, number)``."""
         def columns(number: float) -> Columns:
             return self.place(signal, lambda one: of(one, number))
 
-        best = self.best_shape(low, high, lambda number: columns(number).table[:, 0], residual,
-                               shapes)
+        best = self.best_shape(low, high, lambda number: columns(number).table[:, 0], residual)
         return best, columns(best)
 
     @cached_property

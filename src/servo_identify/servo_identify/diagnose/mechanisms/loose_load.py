@@ -23,7 +23,8 @@ from servo_twin.balances.equation_terms import ROTATING
 
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
-from .hypothesis import Hypothesis, Mechanism
+from .hypothesis import Columns, Hypothesis, Mechanism
+from .shape_search import best_shape
 
 WIDTHS = (3e-4, 0.3)  # shares of the travel between which a clearance is sought
 SHAPES = 48  # widths tried: the blow of another one comes at another time
@@ -34,23 +35,33 @@ def loose_load(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     """
     Return a clearance by what the motor alone feels of it; None where no load hangs at it.
 
-    ``residual`` (samples,) tells how wide it is. The load of a rigid twin meets its flanks on a
-    spring as stiff as the test function can tell, until a fit knows better.
+    ``residual`` (samples,) tells how wide it is, beside what was found to act on the load. The
+    load of a rigid twin meets its flanks on a spring as stiff as the test function can tell, until
+    a fit knows better.
     """
     stroke, servo = builder.scales.stroke('load_angle'), builder.samples.servo
     if not stroke > 0.0 or not servo.numbers['mechanism.load_inertia'] > 0.0 or (
             builder.known('clearance')):
         return None
 
-    def torque(one: EquationErrors, width: float) -> np.ndarray:
-        return _missing(one, width)[:, None] / width
+    def columns(width: float) -> Columns:
+        return builder.place('load_torque', lambda one: _missing(one, width)[:, None] / width)
 
-    width, columns = builder.best_columns(WIDTHS[0] * stroke, WIDTHS[1] * stroke, 'load_torque',
-                                          torque, residual, SHAPES)
+    beside = builder.apart(builder.place(
+        'load_torque', lambda one: one.known_beside_gap[:, None]).table[:, 0])
+    squares = float(beside @ beside) or 1.0
+
+    def apart(column: np.ndarray) -> np.ndarray:
+        told = builder.apart(column)
+        return told - beside * (beside @ told / squares)
+
+    width = best_shape(WIDTHS[0] * stroke, WIDTHS[1] * stroke,
+                       lambda width: apart(columns(width).table[:, 0]), apart(residual),
+                       shapes=SHAPES)
     spacing = min(one.motion.test.spacing * one.measured.period for one in builder.samples.errors)
     mechanism = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd', memory=True)
     return builder.hypothesis(
-        mechanism, columns, [1], (width,), tried=SHAPES,
+        mechanism, columns(width), [1], (width,), tried=SHAPES,
         detail={} if servo.mechanism.compliant else {'contact': CONTACT / spacing})
 
 
@@ -58,7 +69,8 @@ def _missing(one: EquationErrors, width: float) -> np.ndarray:
     """Return the torque that the load would ask of the motor without a gap, less that with it."""
     motion, of_file, values = one.motion, one.of_file, one.servo.numbers
     angle, speed, push, resists = (np.nan_to_num(series) for series in (
-        motion['load_angle'], motion['load_speed'], of_file['load_push'] - motion['external'],
+        motion['load_angle'], motion['load_speed'],
+        of_file['load_push'] - motion['external'] + one.known_beside_gap,
         np.abs(of_file['load_resistance'])))
     rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
     inertias = values['mechanism.load_inertia'], rotor * values['mechanism.ratio']**2

@@ -262,6 +262,11 @@ class EquationErrors(AlongMotion):
         """
         return self._asked(self._known_load, np.zeros(()))
 
+    @property
+    def known_beside_gap(self) -> np.ndarray:
+        """Torque on the load that was found beside a clearance, N m at the inner samples."""
+        return self._found('load_torque_beside_gap') + np.zeros(len(self.motion.rows))
+
     def _asked(self, load: np.ndarray, more: np.ndarray) -> np.ndarray:
         """Current, A, for a torque of the load and ``more`` on the motor, N m, inner samples."""
         motion, values, out = self.motion, self.servo.numbers, self.of_file

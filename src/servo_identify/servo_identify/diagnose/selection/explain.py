@@ -123,6 +123,8 @@ def _at(one: EquationErrors, number: int, answer: Explained) -> EquationErrors:
             if mechanism.port == 'friction':
                 rubs = columns.signal.replace('torque', 'resistance')
                 unseen[rubs] = unseen.get(rubs, 0.0) + series
+            if columns.signal == 'load_torque' and not mechanism.memory:  # acts in a gap as well
+                unseen['load_torque_beside_gap'] = unseen['load_torque_beside_gap'] + series
             if columns.signal == 'motor_torque' and 'current' in mechanism.variables:
                 unseen['motor_lost'] = unseen['motor_lost'] + series
     if not sensed:
@@ -150,7 +152,8 @@ def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
     return {'motor_torque': out['motor_push'] + out['motor_resistance']
             - rotor * ratio * motion['load_acceleration'],
             'load_torque': out['load_push'] + out['load_resistance']
-            - inertia * motion['load_acceleration']}
+            - inertia * motion['load_acceleration'],
+            'load_torque_beside_gap': out['load_push'] + out['load_resistance']}
 
 
 def _changed(before: EquationErrors, after: EquationErrors) -> bool:
