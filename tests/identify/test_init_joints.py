@@ -97,14 +97,15 @@ def test_what_several_joints_lack_is_said_once_for_all(run, tmp_path, capsys):
     assert 'tells several joints apart' in capsys.readouterr().err
 
 
-def test_a_bag_of_a_robot_says_where_the_name_of_a_joint_stands(run, tmp_path, capsys):
+@pytest.mark.parametrize('unit', ['N m', '1/50 N m'])
+def test_a_bag_of_a_robot_says_where_the_name_of_a_joint_stands(run, tmp_path, capsys, unit):
     data = bag_of_robot(tmp_path / 'robot.bag', run)
     assert main(['init', str(data), '-o', str(tmp_path / 'robot'), '--joint', 'hip,knee']) == 2
     said = capsys.readouterr().err
     assert "--column 'current=/joint_states.effort[{joint}]:N m'" in said
     assert '--column voltage=/{joint}/command.data:UNIT' in said
     assert main(['init', str(data), '-o', str(tmp_path / 'robot'), '--joint', 'all', *GIVEN,
-                 '--column', 'current=/joint_states.effort[{joint}]:N m', '--column',
+                 '--column', f'current=/joint_states.effort[{{joint}}]:{unit}', '--column',
                  'voltage=/{joint}/command.data:V']) == 0
     rigs = read_rigs(tmp_path / 'robot' / 'rigs.yaml')
     for name, sign in (('hip', 1.0), ('knee', -1.0)):

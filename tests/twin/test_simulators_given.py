@@ -44,6 +44,17 @@ def test_flags_put_the_motor_behind_its_gear_without_changing_the_joint():
     assert loads(text_of(geared, ['about'], ['something'])) == geared
 
 
+def test_behind_a_gear_the_rotor_and_the_scale_of_the_joint_are_asked_for():
+    bare = '<motor joint="j" gear="9"/>'
+    assert not [said for said in servo_of(read(bare), 'direct')[1] if 'rotor' in said]
+    _, lacking = servo_of(read(bare), 'geared', Given(ratio=50.0))
+    assert any('the inertia of the rotor' in said for said in lacking)
+    assert any(said.endswith('its angle is load_position') for said in lacking)
+    _, lacking = servo_of(read(''), 'by torque', Given(ratio=50.0, armature=0.1))
+    assert not any('rotor' in said for said in lacking)
+    assert any(said.endswith('voltage is its torque over 50') for said in lacking)
+
+
 def test_gains_outside_of_the_model_make_an_impedance_controller():
     servo, _ = servo_of(read('<motor joint="j"/>'), 'servo',
                         Given(kp=20.0, kd=0.5, torque_limit=8.0))

@@ -17,6 +17,7 @@ from .message_parts import part_of
 
 CLOCK = 10**9 // 2  # ns between stamp and receipt from which on they are of two clocks
 BACK = 10**8  # ns by which stamps of one topic may go back: several publish it, or come late
+STRETCH = 20  # messages between two steps back of a clock that is set; several publish more often
 _STAMPS = ('stamp', 'timestamp')
 
 
@@ -45,8 +46,13 @@ def on_one_clock(stamps: Mapping[str, np.ndarray], received: Mapping[str, np.nda
     another clock where they lie before or behind all of the leading ones.
     """
     times, late = dict[str, np.ndarray](), dict[str, int]()
+    set_back = list[str]()
     for topic, those in stamps.items():
-        times[topic], late[topic] = _filled(those, received[topic])
+        going, back = _going_on(those, received[topic])
+        times[topic], late[topic] = _filled(going, received[topic])
+        set_back += [f'the clock of {topic} was set back by {by * 1e-9:.4g} s before message '
+                     f'{at + 1}: from there on its stamps are taken on by their receipt'
+                     for at, by in back]
     others: dict[str, list[str]] = {}
     for topic in stamps:
         if topic == leading or not len(times[topic]):
@@ -60,9 +66,33 @@ def on_one_clock(stamps: Mapping[str, np.ndarray], received: Mapping[str, np.nda
         else:
             times[topic] = received[topic] - _late(received[topic], received[leading],
                                                    times[leading])
-    return times, (*_set_back(leading, times[leading]), *(
+    return times, (*set_back, *_set_back(leading, times[leading]), *(
         f'the stamps of {leading} are of another clock than {" and ".join(those)}, {off} off: '
         'they are joined by their receipt' for off, those in others.items()))
+
+
+def _going_on(stamps: np.ndarray, received: np.ndarray
+              ) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """
+    Return stamps as if their clock had never been set back; where it was and by how much, ns.
+
+    The receipt has gone on meanwhile. Stamps that step back over and over are those of several
+    that publish one topic, and stay as they are.
+    """
+    behind = np.flatnonzero(stamps != 0)
+    steps = behind[1:][np.diff(stamps[behind]) < -BACK]
+    if not len(steps) or len(behind) < STRETCH * (1 + len(steps)):
+        return stamps, []
+    going, found = stamps.copy(), list[tuple[int, int]]()
+    for at, end in zip(steps, [*steps[1:], len(stamps)], strict=True):
+        before, after = (received[part] - stamps[part] for part in (
+            behind[behind < at][-STRETCH:], behind[(behind >= at) & (behind < end)][:STRETCH]))
+        by = int(np.median(after) - np.median(before))
+        if by > BACK:
+            rest = behind[behind >= at]
+            going[rest] += by
+            found.append((int(at), by))
+    return going, found
 
 
 def _set_back(topic: str, times: np.ndarray) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ READER = {
     'breaks off': 'nothing, where the logger was stopped in its last line',
     'there is no voltage': 'record what the drive received',
     'go back by': 'cut the recording there, or record again with one publisher and a steady clock',
+    'taken on by their receipt': 'nothing, where receipts are not late; else cut it there',
     'another clock': 'nothing, where receipts are not late; a header with a stamp is better',
     'rows end before': 'nothing, where nobody filled that column',
     'and is left out': 'nothing, where it was broken off; else record it again',

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from math import isclose
+import re
 
 from ..data.column_names import TOLD_TORQUE, TORQUE
 from ..data.column_units import COMMANDS, CURRENTS
@@ -20,6 +22,7 @@ from .machine import Machine, RATIO
 from .proposals import Proposal
 from .sources import Offered
 
+SAME = 0.01  # share by which a ratio that a unit has may be rounded
 CONSTANT, GAIN = 'drive.torque_constant', 'drive.gain'
 _SHAFTS = {'motor': 'motor', 'joint': 'load'}
 
@@ -141,8 +144,16 @@ def as_currents(columns: Mapping[str, Proposal], machine: Machine) -> dict[str, 
     def of(one: Proposal) -> Proposal:
         if not stands_for_current(one.column, one.unit):
             return one
-        per = values.get(CONSTANT, 1.0) * (values.get(RATIO, 1.0) if one.shaft == 'load' else 1.0)
-        return replace(one, unit='', scale=factor_to(one.unit, 'N m') / per, was=one.unit)
+        scale, ratio = factor_to(one.unit, 'N m'), values.get(RATIO, 1.0)
+        if one.shaft == 'load' and not _of_motor(one.unit, ratio):
+            scale /= ratio
+        return replace(one, unit='', scale=scale / values.get(CONSTANT, 1.0), was=one.unit)
 
     return {name: of(one) for name, one in columns.items()}
 
+
+
+def _of_motor(unit: str, ratio: float) -> bool:
+    """Tell whether a torque of the joint is divided by the ratio in its unit, 1/RATIO N m."""
+    told = re.match(r'1/([\d.]+) ', unit)
+    return told is not None and isclose(float(told[1]), ratio, rel_tol=SAME)

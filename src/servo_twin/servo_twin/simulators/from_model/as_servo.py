@@ -42,6 +42,7 @@ def servo_of(joint: Joint, name: str, given: Given | None = None) -> tuple[Servo
     found.put('mechanism.ratio', ratio, ratio_said)
     drive = drive_of(joint, given, ratio, found)
     controller = _controller(joint, ratio, found, lacking)
+    lacking += _unsaid(joint, ratio, given)
     _passive(joint, found)
     if not joint.controlled:
         _on_command(joint, ratio, found, lacking)
@@ -70,6 +71,20 @@ def _armature_said(joint: Joint, ratio: float) -> str:
     said = joint.sources.get('armature', 'the model holds no armature')
     scaled = ratio != 1.0 and joint.armature
     return said + (f', over the ratio squared ({ratio:g})' if scaled else '')
+
+
+def _unsaid(joint: Joint, ratio: float, given: Given) -> list[str]:
+    """Return what a motor behind a gear has, and what a robot counts at the joint instead."""
+    if ratio == 1.0 or joint.winding is not None:
+        return []
+    said = []
+    if not joint.armature:
+        said.append('the inertia of the rotor, 0 in the servo file: at this ratio it may be most '
+                    'of all; the source of mechanism.rotor_inertia says who holds it')
+    by_torque = not (joint.gain or joint.back_emf or given.torque_constant or joint.controlled)
+    told = f', and voltage is its torque over {ratio:g}' if by_torque else ''
+    return [*said, 'the scale of what a robot counts at the joint: its angle is load_position'
+            + told]
 
 
 def _controller(joint: Joint, ratio: float, found: FoundValues, lacking: list[str]) -> type:

@@ -206,7 +206,7 @@ def _worded(found: Joint, one: ElementTree.Element, said: str, where: str, gravi
     """Return a joint whose sources are named as a URDF file names them."""
     carried = f'{said}: inertials that joint {found.name!r} carries, the rest held at {where}'
     sources = {
-        'inertia': carried, 'armature': 'URDF holds no armature',
+        'inertia': carried, 'armature': 'URDF holds no armature; --armature gives it',
         'damping': f'{said}: joint {found.name!r}, dynamics damping',
         'friction': f'{said}: joint {found.name!r}, dynamics friction',
         'torque_limit': f'{said}: joint {found.name!r}, limit effort',
