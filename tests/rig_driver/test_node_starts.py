@@ -100,3 +100,14 @@ def test_a_transition_that_breaks_says_what_broke(kind, capfd):
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+def test_a_driver_says_that_no_socket_can_have_the_path_of_its_bus():
+    ears = Listener('far', commands=False)
+    driver = DriverProcess('far', bus__channel=f'/tmp/{"deep/" * 40}rig.can', retry_period=0.1)
+    try:
+        ears.hears('bus', 'the path of a Unix socket has 1 to 107', 2)
+    finally:
+        said = driver.close()
+        ears.close()
+    assert 'broke' not in said and said.count('the path of a Unix socket') == 1
