@@ -1,5 +1,6 @@
 """A node that is started wrongly says what is wrong in a sentence."""
 
+import os
 import subprocess
 import sys
 
@@ -100,6 +101,16 @@ def test_a_transition_that_breaks_says_what_broke(kind, capfd):
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+@pytest.mark.parametrize('module', NODES)
+def test_a_home_that_nobody_may_write_to_is_named_with_what_to_do(module):
+    said = subprocess.run(
+        [sys.executable, '-m', module], capture_output=True, text=True, timeout=60.0,
+        env=os.environ | {'HOME': '/proc/nowhere', 'ROS_LOG_DIR': '', 'ROS_HOME': ''})
+    assert said.returncode == 2
+    assert '/proc/nowhere/.ros/log' in said.stderr and 'ROS_LOG_DIR' in said.stderr
+    assert len(said.stderr.splitlines()) == 1
 
 
 def test_a_driver_says_that_no_socket_can_have_the_path_of_its_bus():
