@@ -46,7 +46,7 @@ class Robot:
                 watch.take(self.stream.put(STATES, message, stamp(self.now), self.now),
                            number and next(number))
             except FieldError as error:
-                watch.lacks(str(error))
+                watch.lacks(error)
             if self.now % SECOND < step:
                 self.findings.tell({STATES: self.publishers}, self.now)
         return self
@@ -284,6 +284,38 @@ def test_its_diagnostics_go_on_while_simulated_time_stands_still():
             return [one for one in told if one.status[0].name == '/paused/adapter: rig'
                     and 'use_sim_time is set' in one.status[0].message]
         wait_for(lambda: len(heard()) > 3, 'it goes on saying why there are no samples')
+    finally:
+        adapter.send_signal(signal.SIGINT)
+        assert adapter.wait(60.0) == 0
+        ears.close()
+
+
+@pytest.mark.ros
+def test_it_says_that_a_number_has_come_to_mean_another_joint(tmp_path):
+    (tmp_path / 'robot.yaml').write_text(
+        "time: {source: /joint_states.stamp}\n"
+        "columns: {load_position: {source: '/joint_states.position[0]'}}\n")
+    ears, told = Listener('order', commands=False), []
+    ears.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 100)
+    adapter = subprocess.Popen(
+        [sys.executable, '-m', 'servo_rig_driver.adapter.adapter_node', '--ros-args', '-p',
+         f'mapping:={tmp_path / "robot.yaml"}', '-p', 'block_size:=1', '-r', '__ns:=/order'])
+    states, joints = ears.node.create_publisher(JointState, STATES, 100), {'hip': 0.1, 'knee': 0.2}
+
+    def says(names, until):
+        state = JointState(name=names, position=[joints[name] for name in names])
+
+        def there():
+            state.header.stamp = ears.node.get_clock().now().to_msg()
+            states.publish(state)
+            return until()
+        wait_for(there, f'what it makes of {names}')
+    try:
+        says(['hip', 'knee'], lambda: len(ears.encoder) > 20)
+        says(['knee', 'hip'], lambda: any(
+            "number 0 was 'hip' at first, and is 'knee' by now" in one.message
+            for array in told for one in array.status))
+        assert {one.load_position[0] for one in ears.encoder} == {0.1}
     finally:
         adapter.send_signal(signal.SIGINT)
         assert adapter.wait(60.0) == 0

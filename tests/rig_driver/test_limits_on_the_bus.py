@@ -15,9 +15,11 @@ from servo_rig_driver.driver.limits import Mode
 from servo_rig_driver.emulated.drives.odrive import TORQUE
 
 MOVES = (Mode.CURRENT, Mode.VELOCITY, Mode.POSITION)
-LIMITS = {Mode.CURRENT: 1.0, Mode.VELOCITY: 0.8, Mode.POSITION: 0.2}
-LOWER = {Mode.CURRENT: 0.5, Mode.VELOCITY: 0.3, Mode.POSITION: 0.1}
-NAMED = {Mode.CURRENT: ('limit.current',), Mode.VELOCITY: ('limit.velocity',),
+LIMITS = {Mode.VOLTAGE: 2.0, Mode.CURRENT: 1.0, Mode.VELOCITY: 0.8, Mode.POSITION: 0.2}
+LOWER = {Mode.VOLTAGE: 1.0, Mode.CURRENT: 0.5, Mode.VELOCITY: 0.3, Mode.POSITION: 0.1}
+FILES = {'cybergear': 'robstride'}  # that of another drive, with a table of its own
+NAMED = {Mode.VOLTAGE: ('limit.voltage',), Mode.CURRENT: ('limit.current',),
+         Mode.VELOCITY: ('limit.velocity',),
          Mode.POSITION: ('limit.position_upper', 'limit.position_lower')}
 
 
@@ -53,29 +55,31 @@ class Held:
 
 @pytest.mark.long
 @pytest.mark.ros
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', (*NAMES, 'cybergear'))
 def test_it_holds_every_mode_to_its_limit_through_changes_of_mode_and_of_limits(name, tmp_path):
-    file = CONFIG / 'drivers' / f'{name}.yaml' if name != 'canopen' else None
+    file = CONFIG / 'drivers' / f'{FILES.get(name, name)}.yaml' if name != 'canopen' else None
+    moves = (Mode.VOLTAGE, *MOVES) if name == 'canopen' else MOVES
     with bench(name, tmp_path) as made:
         ears = Listener(name)
-        driver = DriverProcess(name, file, bus__channel=made.channel, sync_period=0.002, **QUICK)
+        driver = DriverProcess(name, file, bus__channel=made.channel, sync_period=0.002, **QUICK,
+                               **{'device__table': name} if name in FILES else {})
         held = Held(name, made, ears)
         try:
             ears.all_well()
-            for mode in MOVES:
+            for mode in moves:
                 assert not held.hands.set(NAMED[mode][0], nan).successful
                 first = held.limit(mode, LIMITS[mode])
-            for one, other in permutations(MOVES, 2):
+            for one, other in permutations(moves, 2):
                 held.follows(one, 1.0, LIMITS[one])
                 held.follows(other, -1.0, LIMITS[other])
             held.within(LIMITS, first)
-            for mode in MOVES:  # while it follows what is beyond
+            for mode in moves:  # while it follows what is beyond
                 held.follows(mode, 1.0, LIMITS[mode])
                 first = held.limit(mode, LOWER[mode])
                 held.follows(mode, 1.0, LOWER[mode])
                 held.within({mode: LOWER[mode]}, first)
                 assert held.limit(mode, LIMITS[mode])
-            for mode, other in permutations(MOVES, 2):  # and while it follows something else
+            for mode, other in permutations(moves, 2):  # and while it follows something else
                 held.follows(mode, -1.0, LIMITS[mode])
                 held.follows(other, 1.0, LIMITS[other])
                 first = held.limit(mode, LOWER[mode])

@@ -1,5 +1,6 @@
 """A node that is started wrongly says what is wrong in a sentence."""
 
+import os
 import subprocess
 import sys
 
@@ -100,3 +101,24 @@ def test_a_transition_that_breaks_says_what_broke(kind, capfd):
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+@pytest.mark.parametrize('module', NODES)
+def test_a_home_that_nobody_may_write_to_is_named_with_what_to_do(module):
+    said = subprocess.run(
+        [sys.executable, '-m', module], capture_output=True, text=True, timeout=60.0,
+        env=os.environ | {'HOME': '/proc/nowhere', 'ROS_LOG_DIR': '', 'ROS_HOME': ''})
+    assert said.returncode == 2
+    assert '/proc/nowhere/.ros/log' in said.stderr and 'ROS_LOG_DIR' in said.stderr
+    assert len(said.stderr.splitlines()) == 1
+
+
+def test_a_driver_says_that_no_socket_can_have_the_path_of_its_bus():
+    ears = Listener('far', commands=False)
+    driver = DriverProcess('far', bus__channel=f'/tmp/{"deep/" * 40}rig.can', retry_period=0.1)
+    try:
+        ears.hears('bus', 'the path of a Unix socket has 1 to 107', 2)
+    finally:
+        said = driver.close()
+        ears.close()
+    assert 'broke' not in said and said.count('the path of a Unix socket') == 1

@@ -7,6 +7,7 @@ its registers.
 
 from __future__ import annotations
 
+from functools import partial
 from math import isnan, tau
 from struct import unpack_from
 from typing import Any
@@ -17,7 +18,7 @@ from servo_rig_driver.devices.moteus_registers import MoteusTable
 from servo_rig_driver.driver.limits import Mode
 
 EXTENDED, FD = 1 << 31, 1 << 32
-STEPS = {'robstride': dict.fromkeys(Mode, 1.4e-3),
+STEPS = {'robstride': dict.fromkeys(Mode, 1.4e-3), 'cybergear': dict.fromkeys(Mode, 1.4e-3),
          'cubemars': {Mode.VELOCITY: 100.0 / 4095, Mode.POSITION: 25.0 / 65535,
                       Mode.CURRENT: 36.0 / 4095}}
 """By how much a drive's commands go on from one to the next, where that is coarse."""
@@ -34,7 +35,9 @@ class Followed(BusListener):
     def __init__(self, name: str, channel: str, of: dict[str, Any]) -> None:
         self.said: list[tuple[Mode, float]] = []
         self._read = {'canopen': self._canopen, 'odrive': self._odrive, 'moteus': self._moteus,
-                      'robstride': self._robstride, 'cubemars': self._cubemars}[name]
+                      'robstride': partial(self._extended, 88.0, 34.0),
+                      'cybergear': partial(self._extended, 60.0, 24.0),
+                      'cubemars': self._cubemars}[name]
         self._ratio = of['device.ratio']
         self._ampere = of['device.torque_constant']
         self._mode, self._inputs = 0, {}
@@ -54,13 +57,14 @@ class Followed(BusListener):
             self._mode = data[2] if len(data) > 2 else self._mode
             self._mode -= 256 * (self._mode > 127)
         elif identifier == 0x301:
-            _, self._inputs[-2] = unpack_from('<ii', data)
+            self._inputs[-1], self._inputs[-2] = unpack_from('<ii', data)
         elif identifier in (0x401, 0x501):
             self._inputs[9 if identifier == 0x401 else 8], = unpack_from('<i', data)
         else:
             return []
         which, scale = {8: (Mode.POSITION, 1e-7), 9: (Mode.VELOCITY, 1e-6),
-                        -2: (Mode.CURRENT, 1e-6)}.get(self._mode, (Mode.OFF, 0.0))
+                        -1: (Mode.VOLTAGE, 1e-6), -2: (Mode.CURRENT, 1e-6)
+                        }.get(self._mode, (Mode.OFF, 0.0))
         return [(which, scale * self._inputs.get(self._mode, 0))]
 
     def _odrive(self, identifier: int, data: bytes) -> list[tuple[Mode, float]]:
@@ -88,12 +92,14 @@ class Followed(BusListener):
             return [(Mode.POSITION, told['command_position'] * tau)]
         return [(Mode.VELOCITY, told['command_velocity'] * tau)]
 
-    def _robstride(self, identifier: int, data: bytes) -> list[tuple[Mode, float]]:
+    def _extended(self, speeds: float, torques: float, identifier: int, data: bytes
+                  ) -> list[tuple[Mode, float]]:
+        # frames of RobStride and CyberGear; the ranges of speed and torque are those of a model
         if not identifier & EXTENDED or identifier & 0xFF != 1 or identifier >> 24 & 0x1F != 1:
             return []
         position, velocity, kp, kd = unpack_from('>HHHH', data)
-        return self._five(8.0 * tau * (position / 65535 - 0.5) / 2.0, 88.0 * (
-            velocity / 65535 - 0.5), kp, kd, 34.0 * ((identifier >> 8 & 0xFFFF) / 65535 - 0.5))
+        return self._five(4.0 * tau * (position / 65535 - 0.5), speeds * (velocity / 65535 - 0.5),
+                          kp, kd, torques * ((identifier >> 8 & 0xFFFF) / 65535 - 0.5))
 
     def _cubemars(self, identifier: int, data: bytes) -> list[tuple[Mode, float]]:
         if identifier != 1 or data[:7] == b'\xff' * 7:

@@ -116,6 +116,17 @@ def test_it_never_joins_samples_of_two_drivers_by_their_numbers(tmp_path):
         read_recording(tmp_path / 'apart')
 
 
+def test_it_reads_what_was_recorded_before_or_after_a_long_pause(tmp_path):
+    numbers = [*range(100), *range(5000, 5120), *range(60_000, 60_070)]
+    write_by_rosbags(tmp_path / 'b', dict.fromkeys(SAMPLE_TOPICS, numbers))
+    again = read_recording(tmp_path / 'b')
+    assert (len(again), again.sequence, again.start) == (120, 5000, 5.0)
+    assert any('stretches of [100, 120, 70] samples; number 1 is read' in warning
+               for warning in again.warnings)
+    last = read_recording(tmp_path / 'b', stretch=2)
+    assert last.sequence == 60_000 and np.array_equal(last['current'], np.arange(60e3, 60_070))
+
+
 def test_it_asks_which_of_several_rigs(tmp_path):
     with BagWriter(tmp_path / 'b') as bag:
         for rig in ('rig1', 'rig2'):

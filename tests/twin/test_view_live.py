@@ -1,5 +1,6 @@
 """The live view beside a running twin and an emulated rig, in a real browser: it ..."""
 
+from contextlib import contextmanager
 from pathlib import Path
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from test_view import ViewProcess
 from twin_graph import samples
 
 from servo_twin.bringup.processes import wait_until
+from servo_twin.description.servo_file import dumps, load, loads
 from servo_twin.nodes.message_conversion import to_time
 from servo_twin.nodes.twin_node import EVENTS
 from servo_twin.view.live_rig import LiveRig
@@ -128,17 +130,43 @@ def test_it_follows_a_rig_moves_values_and_switches_faults(
         assert view.end() == 0
 
 
-def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):
-    graph('rig').ready()
-    rig = LiveRig('rig')
+@contextmanager
+def looked_at(rig, monkeypatch):
+    """Give what a view hears of a twin, once that has told its values and its servo."""
+    rig.ready()
+    live = LiveRig('rig')
     try:
-        wait_until(lambda: rig.servo() is not None, 'the twin has told its values', 60.0)
-        assert rig.servo().name == rig.facts()['status']['servo'] != ''
-        assert rig.servo() is rig.servo()
+        wait_until(lambda: live.servo() is not None, 'the twin has told its values', 60.0)
+        yield live
     finally:
         with monkeypatch.context() as patched:
             patched.setattr(rclpy, 'try_shutdown', lambda: None)  # the graph still needs it
-            rig.close()
+            live.close()
+
+
+def test_it_knows_the_servo_that_the_twin_runs(graph, monkeypatch):
+    with looked_at(graph('rig'), monkeypatch) as live:
+        assert live.servo().name == live.facts()['status']['servo'] != ''
+        assert live.servo() is live.servo()
+
+
+def test_it_diagnoses_the_servo_that_runs_though_its_file_was_changed(
+        graph, servo_files, monkeypatch):
+    file, rig = servo_files / 'bench.yaml', graph('rig')
+    before = file.read_text()
+    with looked_at(rig, monkeypatch) as live:
+        live.look(True)
+        feeder = Feeder(rig)
+        try:
+            wait_until(lambda: live.traces.period and live.traces.end > 6.0 / live.traces.period,
+                       'enough samples are there', 60.0)
+            file.write_text(before.replace('effects:', 'effects:\n  seal: {effect: '
+                                           'viscous_friction, at: load, slope: 9.0}'))
+            assert 'effects.seal.slope' in load(file).values
+            assert live.recording(60.0).servo_file == dumps(loads(before))
+        finally:
+            feeder.end()
+            file.write_text(before)
 
 
 @pytest.mark.long

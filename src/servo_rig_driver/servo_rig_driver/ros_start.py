@@ -39,6 +39,8 @@ def start_ros(arguments: list[str] | None = None) -> None:
         said = str(error).removeprefix('failed to initialize rcl: ').partition(', at /')[0]
         if isinstance(error, UnknownROSArgsError):
             said = f'behind --ros-args, ROS knows no {said}'
+        elif 'log directory' in said:
+            said += '; the environment variable ROS_LOG_DIR names another place'
         print(f'{Path(sys.argv[0]).stem}: {said}', file=sys.stderr)
         raise SystemExit(2) from None
 

@@ -182,8 +182,9 @@ class Jobs(Node):
         """Have the twin run the file before; raises ValueError when it does not."""
         if not self.models.previous:
             raise ValueError('there is no servo file to go back to: none was loaded from here')
-        answer = self._ask(self.models.previous)
-        self.models.returned(why)
+        back = self.models.previous
+        answer = self._ask(back)
+        self.models.returned(back, answer.previous, why)
         self._loaded()
         return answer.message
 
@@ -205,6 +206,8 @@ class Jobs(Node):
                 said = job.reports()
                 if not said:
                     raise ValueError(job.last_words())
+            if self.models.trial is not trial:
+                raise ValueError('the twin runs something else by now')
             if self.models.judged(said[-1]['old'], said[-1]['new'], said[-1]['balances'],
                                   recording.duration):
                 self.return_to_previous(self.models.sentence)

@@ -82,7 +82,7 @@ class Adapter(Node):
         try:
             watch.take(self.stream.put(topic, message, stamp_of(message), self._now()), number)
         except FieldError as error:
-            watch.lacks(str(error))
+            watch.lacks(error)
 
     def _publish(self, block: SampleBlock) -> None:
         if not self._outputs:

@@ -62,6 +62,11 @@ class Track:
             elif after is not None and step <= longest:
                 into[place] = value + share * (then - value)
 
+    def forget_all(self) -> None:
+        """Forget every message: the clock that stamps them was set."""
+        self.times.clear()
+        self.rows.clear()
+
     def forget(self, instant: int) -> None:
         """Forget what no later instant needs."""
         at = bisect_right(self.times, instant) - 1

@@ -28,11 +28,16 @@ def stamp_of(message: Any) -> int:
     return stamp.sec * 10**9 + stamp.nanosec if hasattr(stamp, 'nanosec') else 0
 
 
+class OtherName(FieldError):
+    """A number in a source at which another name stands than before."""
+
+
 class Field:
     """The number that ``source`` names; raises FieldError for a source without topic or field."""
 
     def __init__(self, source: str) -> None:
         self.source = source
+        self._names: dict[int, str] = {}  # what stood at a number first, by the depth of its list
         self.topic, _, rest = source.partition('.')
         self.parts = [m[1] or m[2] for m in _PART.finditer(rest) if m[1] or m[2]]
         if not self.topic or not self.parts:
@@ -44,7 +49,8 @@ class Field:
         Return the number in a message, NaN where the message leaves its row empty.
 
         Raises FieldError when the message has no such field or name, or the name twice; the error
-        says what it has. So does a point of a trajectory that is due later than its message.
+        says what it has. So does a point of a trajectory that is due later than its message, and
+        a number at which another name stands than before, as OtherName.
         """
         at, seen = message, [message]
         for part in self.parts:
@@ -79,5 +85,15 @@ class Field:
         if any(names.count(which) > 1 for names in lists):
             raise FieldError(f'{self.source}: there are two {which!r} in one message; names are '
                              f'{sum(lists, [])}')
-        index = int(which) if index is None else index
+        if index is None:
+            index = int(which)
+            named = [names[index] for names in lists if index < len(names) == len(row)]
+            self._stays(len(seen), which, named[0] if named else None)
         return row[index] if index < len(row) else nan
+
+    def _stays(self, depth: int, which: str, name: str | None) -> None:
+        """Raise OtherName where a number has come to mean another name."""
+        first = self._names.setdefault(depth, name) if name is not None else None
+        if first != name:
+            raise OtherName(f'{self.source}: number {which} was {first!r} at first, and is '
+                             f'{name!r} by now; write the name in place of the number')

@@ -24,9 +24,10 @@ class SampleStream:
 
     ``period`` ns, 0: that of the leading topic; ``given`` remembers it as it was. The samples
     begin again, from number 0, when the leading topic's time jumps back or its clock is set:
-    ``restarts`` counts. So they do where it comes at another rate for twice ``listen`` ns and
-    ``given`` is 0: ``rates`` counts. ``blank`` counts the samples without a number by the measured
-    columns of the other topics.
+    ``restarts`` counts. Of another topic all is forgotten then, since what it said by the clock
+    before may lie ahead of all that is to come. The samples begin again, too, where the leading
+    topic comes at another rate for twice ``listen`` ns and ``given`` is 0: ``rates`` counts.
+    ``blank`` counts the samples without a number by the measured columns of the other topics.
     """
 
     def __init__(self, mapped: MappedColumns, period: int, listen: int, delay: int, size: int,
@@ -79,16 +80,23 @@ class SampleStream:
         time = clock.local(stamp, received)
         track = self._tracks[topic]
         back = bool(track.times) and time < track.times[-1] - BACK
-        if topic == self.mapped.leading and (back or clock.jumps != jumps):
-            self._lost = self.lost
-            self.restarts += 1
-            self._begin()
-            track = self._tracks[topic]
+        if back or clock.jumps != jumps:
+            track = self._set_back(topic, track)
         if not track.put(time, row):
             self.late += 1
         if topic == self.mapped.leading:
             self._advance(received)
         return row
+
+    def _set_back(self, topic: str, track: Track) -> Track:
+        """Return the empty track of a topic whose time jumped; the leading one begins all."""
+        if topic == self.mapped.leading:
+            self._lost = self.lost
+            self.restarts += 1
+            self._begin()
+            return self._tracks[topic]
+        track.forget_all()
+        return track
 
     def _zeroed(self, column: Any, value: float) -> float:
         if not column.from_first:

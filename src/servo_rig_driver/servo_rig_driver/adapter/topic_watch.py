@@ -7,6 +7,7 @@ from math import isnan
 
 from ..driver.rig_health import Level
 from .mapped_columns import Column
+from .message_field import FieldError, OtherName
 
 
 class TopicWatch:
@@ -22,7 +23,7 @@ class TopicWatch:
         self._columns = tuple(columns)
         self._numbers = [0] * len(columns)
         self._taken = 0
-        self._lacking = ''
+        self._lacking, self._other = '', False
         self._number: int | None = None
         self._back = 0  # how often a number did not rise
 
@@ -35,9 +36,10 @@ class TopicWatch:
         for place, value in enumerate(row):
             self._numbers[place] += not isnan(value)
 
-    def lacks(self, error: str) -> None:
+    def lacks(self, error: FieldError) -> None:
         """Note a message without a field that the mapping names."""
-        self._lacking = error
+        self._lacking = str(error)
+        self._other |= isinstance(error, OtherName)
 
     def report(self, publishers: Sequence[str]) -> dict[str, tuple[Level, str]]:
         """
@@ -47,7 +49,7 @@ class TopicWatch:
         returned of a report in which no message came.
         """
         found = {}
-        if self._lacking and not self._taken:
+        if self._lacking and (self._other or not self._taken):
             found['field'] = Level.ERROR, self._lacking
         for column, numbers in zip(self._columns, self._numbers, strict=True):
             if self._taken and not numbers:
@@ -64,5 +66,6 @@ class TopicWatch:
                 f'{len(publishers)} publishers, of {sorted(publishers)}, and not one alone has '
                 'what the mapping names: their values are mixed; leave one, or remap its topic')
         self._back = 0
-        self._numbers, self._taken, self._lacking = [0] * len(self._columns), 0, ''
+        self._numbers, self._taken = [0] * len(self._columns), 0
+        self._lacking, self._other = '', False
         return found

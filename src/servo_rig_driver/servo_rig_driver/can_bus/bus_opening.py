@@ -58,7 +58,7 @@ def open_bus(settings: BusSettings, wait: float = 2.0) -> can.BusABC:
             return UnixBus(settings.channel, wait=wait)
         return can.Bus(interface=settings.interface, channel=settings.channel,
                        bitrate=settings.bitrate, fd=settings.fd)
-    except (OSError, can.CanError) as error:
+    except (OSError, ValueError, can.CanError) as error:  # a path that no socket can have
         raise can.CanInitializationError(
             f'cannot open {settings.interface} {settings.channel}: '
             f'{advised(error, settings.channel, settings.bitrate)}') from error

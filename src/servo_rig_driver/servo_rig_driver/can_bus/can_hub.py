@@ -3,11 +3,10 @@ The hub of a Unix bus: what one client sends, all the others get, in one order f
 
     python -m servo_rig_driver.can_bus.can_hub /run/user/1000/rig.can
 
-A packet that holds no CAN frames is refused, told once a client and counted. One that came too
-late to be passed on goes back to its sender: a machine that stands still must not hand an old
-set-point to a drive. A client that stops
-reading is let go once BACKLOG packets wait for it, so that no frame is lost without a word and the
-others are never held up. The hub may be stopped and started again; clients open the bus again.
+A packet that holds no CAN frames is refused, told once a client and counted. One that comes too
+late goes back to its sender: no old set-point may reach a drive. A client that stops reading is
+let go once BACKLOG packets wait for it, so that no frame is lost without a word and the others
+are never held up. The hub may be stopped and started again; clients open the bus again.
 """
 
 from __future__ import annotations
@@ -23,13 +22,13 @@ from threading import Thread
 from time import monotonic, monotonic_ns
 
 from ..ending import Ending
+from ..free_output import free_output
 from . import unix_frames as can_frames
 from .unix_bus import check_path
 
 BACKLOG = 200_000
 HEAD = can_frames.EXPIRY.size
 LARGEST = can_frames.LARGEST + HEAD + 1  # one more: too long is seen
-
 LINGERS = 3.0  # s
 STOP, LOOK = b'.', b'?'
 
@@ -232,6 +231,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description='The hub of a CAN bus over a Unix socket.')
     parser.add_argument('path', help='path of the socket, as in the channel of the bus')
     path = parser.parse_args(arguments).path
+    free_output()
     logging.basicConfig(format='can_hub: %(message)s', level=logging.INFO)
     try:
         hub = CanHub(path)

@@ -31,6 +31,7 @@ from ..devices.device import DeviceError
 from ..devices.object_dictionary import DictionaryError, NODE_IDS
 from ..devices.pdo_table import load_frames
 from ..ending import Ending
+from ..free_output import free_output
 from .canopen_nodes import RigNodes, SYNC_LOST
 from .drives.by_protocol import driver_parameters, emulated_drive
 from .emulated_bench import Bench, COMMANDS
@@ -249,6 +250,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument('--faults', type=Path, metavar='SOCKET',
                         help='let faults be switched while it runs, by a Unix socket made here')
     options = parser.parse_args(arguments)
+    free_output()
     logging.basicConfig(format='emulated_rig: %(message)s', level=logging.INFO)
     logging.getLogger('canopen').setLevel(logging.WARNING)
     for handler in logging.getLogger().handlers:

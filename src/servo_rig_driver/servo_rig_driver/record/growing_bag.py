@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from os import SEEK_END
+from os import fstat, SEEK_END
+from os.path import samestat
 from pathlib import Path
 from time import monotonic
+from typing import BinaryIO
 
 from rosbags.interfaces import (
     Connection,
@@ -36,7 +38,8 @@ class RecordingFile:
     ``topics`` maps full topic names to message types, ``latched`` names those that are transient
     local. A chunk goes to disk when it holds ``chunk_bytes`` or, with :meth:`flush`, when its
     first message is ``chunk_seconds`` old: a killed process loses no more. Raises
-    FileExistsError when ``path`` exists, FileNotFoundError for a type without a definition.
+    FileExistsError when ``path`` exists, FileNotFoundError for a type without a definition, and
+    where the file is found to be removed or moved as a chunk is written.
     """
 
     def __init__(self, path: Path, topics: dict[str, str], shares: list[Path],
@@ -84,6 +87,15 @@ class RecordingFile:
             storage.close_chunk()
         storage.bio.flush()
         self._began = None
+        self._look_for(storage.bio)
+
+    def _look_for(self, file: BinaryIO) -> None:
+        """Raise FileNotFoundError where what is written is no longer what its path names."""
+        with suppress(FileNotFoundError, NotADirectoryError):
+            if samestat(Path(file.name).stat(), fstat(file.fileno())):
+                return
+        raise FileNotFoundError(f'{file.name} was removed or moved while it was written; what '
+                                'came since would be lost, or lies where it was moved to')
 
     def close(self) -> None:
         """Write the summary and metadata.yaml."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from .sample_grid import stretches, TimeError, Track
+import numpy as np
+
+from .sample_grid import sparse, stretches, TimeError, Track
 
 
 def lives(tracks: list[Track], warnings: list[str]) -> list[list[Track]]:
@@ -41,3 +43,39 @@ def lives(tracks: list[Track], warnings: list[str]) -> list[list[Track]]:
             f'{part.topic} from {part.spans["stamp"].min() / 1e9:.3f} s to '
             f'{part.spans["late"].max() / 1e9:.3f} s' for part in parts))
     return whole
+
+
+def parted(life: list[Track]) -> list[list[Track]]:
+    """
+    Return the parts of one life between pauses, where they leave most of it without a sample.
+
+    A pause is a hole in all topics that is longer than all samples together, as of a driver that
+    was deactivated over lunch while the recorder was left running.
+    """
+    longest = min(part.size for part in life)
+    if not sparse(life):
+        return [life]
+    cuts = [cut for cut in _pauses(life[0], longest) if all(
+        any(low < cut < high for low, high in _holes(part, longest)) for part in life)]
+    edges = [-np.inf, *cuts, np.inf]
+    found = []
+    for low, high in zip(edges[:-1], edges[1:], strict=True):
+        between = [Track(part.topic, part.spans[(part.spans['first'] > low)
+                                                & (part.spans['first'] < high)]) for part in life]
+        if all(len(part.spans) for part in between):
+            found.append(between)
+    return found or [life]
+
+
+def _pauses(part: Track, longest: int) -> list[float]:
+    """Return a number in the middle of each hole."""
+    return [(low + high) / 2 for low, high in _holes(part, longest)]
+
+
+def _holes(part: Track, longest: int) -> list[tuple[int, int]]:
+    """Return the numbers between which a topic has none, where they are so far apart."""
+    spans = part.spans[np.argsort(part.spans['first'], kind='stable')]
+    reached = np.maximum.accumulate(spans['end'])[:-1]
+    begins = spans['first'][1:]
+    far = begins - reached > longest
+    return list(zip((reached[far] - 1).tolist(), begins[far].tolist(), strict=True))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .bag_writing import BagError
-from .driver_lives import lives
+from .driver_lives import lives, parted
 from .mcap_reading import DAMAGE
 from .message_columns import decode, Run
 from .message_definitions import embedded_types
@@ -18,6 +18,7 @@ from .message_sources import Source
 from .sample_grid import join, one_period, place, SPAN, spans_of, stretches, TimeError, Track
 
 _SEVERAL = 1000  # arrays of spans that are put into one
+ALIKE = 0.99  # share of the longest stretch from which another one is as long
 _BATCH = 8  # pieces for each core that are read before what was found is gathered
 
 
@@ -102,7 +103,8 @@ class RigSamples:
         self._said: list[str] = []
         self.constants: dict[str, Any] = {}
         try:
-            self._chosen = _choose(lives(self._tracks(), self._said), stretch, self._said)
+            known = [part for life in lives(self._tracks(), self._said) for part in parted(life)]
+            self._chosen = _choose(known, stretch, self._said)
             self.sequence, self.end, self.stamp = join(self._chosen, [])
         except TimeError as error:
             raise BagError(f'{source.path}: {error}') from None
@@ -232,9 +234,10 @@ def _choose(known: list[list[Track]], stretch: int | None, warnings: list[str]) 
         return known[0]
     sizes = [min(part.size for part in life) for life in known]
     if stretch is None:
-        stretch = int(np.argmax(sizes))
+        # what rig and twin say may differ by some samples: the first of those that are alike
+        stretch = int(np.argmax(np.array(sizes) >= ALIKE * max(sizes)))
         rates = [f'{1.0 / life[0].period:.6g}' for life in known]
         at = f' at {", ".join(rates)} Hz' if len(set(rates)) > 1 else ''
-        warnings.append(f'the driver was restarted while recording: stretches of {sizes} samples'
-                        f'{at}; number {stretch} is read')
+        warnings.append(f'the driver was restarted, or paused, while recording: stretches of '
+                        f'{sizes} samples{at}; number {stretch} is read')
     return known[stretch]

@@ -11,6 +11,8 @@ from .mcap_reading import DAMAGE
 from .message_definitions import deserialize, embedded_types, PACKAGE
 from .message_sources import Source
 
+INFO = 'recording'
+"""Topic on which a recorder says what it records."""
 Topics = dict[str, tuple[str, Iterable[str]]]
 """Topic of a rig: its message, and the columns that are read from it."""
 
@@ -53,10 +55,17 @@ def present(source: Source, prefix: str, topics: Topics, required: tuple[str, ..
 
 
 def info_of(source: Source, prefix: str, warnings: list[str]) -> dict[str, Any]:
-    """Return what the recorder said of a rig, empty with a warning where it said nothing."""
+    """
+    Return what the recorder said of a rig, empty with a warning where it said nothing.
+
+    A recorder in a namespace of its own speaks of the rig that it records; one in the namespace of
+    another rig speaks of that one alone.
+    """
     kind = f'{PACKAGE}/msg/RecordingInfo'
-    channels = [channel for channel in source.channels if channel.kind == kind]
-    channels.sort(key=lambda channel: channel.topic != prefix + 'recording')
+    others = {other + INFO for other in prefixes(source)} - {prefix + INFO}
+    channels = [channel for channel in source.channels
+                if channel.kind == kind and channel.topic not in others]
+    channels.sort(key=lambda channel: channel.topic != prefix + INFO)
     for channel in channels:
         payload = source.first(channel.topic)
         if payload is None:
@@ -68,5 +77,5 @@ def info_of(source: Source, prefix: str, warnings: list[str]) -> dict[str, Any]:
                     for name in ('servo', 'servo_file', 'family', 'replicate', 'note')}
         except (*DAMAGE, AttributeError) as error:  # a field whose name is damaged is not there
             warnings.append(f'{channel.topic} is damaged: {error}')
-    warnings.append(f'no message on {prefix}recording: servo, family and replicate are unknown')
+    warnings.append(f'no message on {prefix}{INFO}: servo, family and replicate are unknown')
     return {}

@@ -109,16 +109,15 @@ def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, int]:
     periods = {item.topic: item.period for item in tracks}
     if len(set(periods.values())) > 1:
         raise TimeError(f'topics of different periods {periods}, in s')
-    begins = {item.topic: int(item.spans['first'].min()) for item in tracks}
-    ends = {item.topic: int(item.spans['end'].max()) for item in tracks}
+    begins, ends = _reach(tracks)
     first, end = max(begins.values()), min(ends.values())
     if first >= end:
         spans = {topic: (begins[topic], ends[topic] - 1) for topic in begins}
         raise TimeError(f'topics without a common sequence number: {spans}')
-    present = min(item.size for item in tracks)
-    if end - first > _SPARSE * present:
-        raise TimeError(f'sequence runs from {first} to {end - 1} with {present} samples only; '
-                        'this is not one recording')
+    if sparse(tracks):
+        raise TimeError(f'sequence runs from {first} to {end - 1} with '
+                        f'{min(item.size for item in tracks)} samples only; this is not one '
+                        'recording')
     period = tracks[0].period
     trimmed = max(max(ends.values()) - end, first - min(begins.values()))
     if trimmed * period > _TRIMMED:
@@ -130,6 +129,18 @@ def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, int]:
     at = int(np.argmin(leader.spans['first']))
     warnings += _off_rate(leader)
     return first, end, int(leader.spans['stamp'][at])
+
+
+def sparse(tracks: list[Track]) -> bool:
+    """Tell whether topics leave almost all samples out of those that they span."""
+    begins, ends = _reach(tracks)
+    return min(ends.values()) - max(begins.values()) > _SPARSE * min(item.size for item in tracks)
+
+
+def _reach(tracks: list[Track]) -> tuple[dict[str, int], dict[str, int]]:
+    """Return by topic the number of the first sample, and that after the last."""
+    return ({item.topic: int(item.spans['first'].min()) for item in tracks},
+            {item.topic: int(item.spans['end'].max()) for item in tracks})
 
 
 def _holes(item: Track, first: int, end: int) -> list[str]:

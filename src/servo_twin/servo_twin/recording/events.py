@@ -50,6 +50,16 @@ class Happened:
         """Seconds since 1970."""
         return self.stamp * 1e-9
 
+    @property
+    def servo_file(self) -> str:
+        """The servo file that a twin runs from here on; empty where it goes on with its own."""
+        if self.kind != BEGAN:
+            return self.content if self.kind == SERVO_FILE else ''
+        try:
+            return str(json.loads(self.content)['servo_file'])
+        except (ValueError, LookupError, TypeError):  # not of a twin of ours
+            return ''
+
 def written(values: Mapping[str, Value]) -> str:
     """Return values by path as the content of a change; floats come back to the last bit."""
     return json.dumps(dict(values))

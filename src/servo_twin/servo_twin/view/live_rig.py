@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import partial
 import os
 from threading import Thread
@@ -29,7 +30,7 @@ from ..nodes.heard_health import HeardHealth
 from ..nodes.message_conversion import check, to_instant, TOPICS
 from ..nodes.timer_clock import STEADY
 from ..physics.servo import Servo, ServoError
-from ..recording.events import Happened, SERVO_FILE
+from ..recording.events import BEGAN, Happened, SERVO_FILE
 from ..recording.joined_samples import CHANNELS
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Recording
 from .source import EVENTS, Refused, Source
@@ -135,7 +136,7 @@ class LiveRig(Source):
     def servo(self) -> Servo | None:
         """Return the servo of the twin, as it was when it was configured or loaded."""
         key = (self._values.servo_file, self._health.facts.get('twin', {}).get('servo'),
-               sum(one.kind == SERVO_FILE for one in list(self._events)))
+               sum(one.kind in (BEGAN, SERVO_FILE) for one in list(self._events)))
         if key != self._known[0] and self._values.servo_file:
             try:
                 self._known = key, self._running()
@@ -183,11 +184,9 @@ class LiveRig(Source):
                              'this is')
         name = self._health.facts.get('twin', {}).get('servo')
         for one in reversed(list(self._events)):
-            if one.kind == SERVO_FILE:
-                servo = loads(one.content, 'the servo file that was loaded', code=False)
-                if servo.name == name and now.keys() <= servo.values.keys():
-                    return changed(servo, now)
-        return changed(load(servo_file(self._values.servo_file)), now)
+            with suppress(ServoError):  # another servo, or one that would bring code of its own
+                return _running_as(loads(one.servo_file, one.text, code=False), name, now)
+        return _running_as(load(servo_file(self._values.servo_file)), name, now)
 
     def close(self) -> None:
         """End thread and node."""
@@ -196,3 +195,12 @@ class LiveRig(Source):
         self._executor.remove_node(self._node)
         self._node.destroy_node()
         rclpy.try_shutdown()
+
+
+def _running_as(servo: Servo, name: str | None, now: dict[str, Any]) -> Servo:
+    """Return a servo with the values of the one that runs. Raises ServoError if it is another."""
+    own = {path for path, value in servo.values.items() if not isinstance(value, tuple)}
+    if own != now.keys() or name not in (None, servo.name):
+        raise ServoError(f'the file of {servo.name} is by now not what the twin runs: clean the '
+                         'twin up and configure it again, so that both are one')
+    return changed(servo, now)
