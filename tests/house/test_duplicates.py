@@ -18,6 +18,7 @@ KNOWN = {
     ('servo_rig_driver/free_output.py', 'nodes/free_output.py'): APART,
     ('servo_rig_driver/given_parameters.py', 'nodes/given_parameters.py'): APART,
     ('servo_rig_driver/managed_node.py', 'nodes/managed_node.py'): APART,
+    ('record/mixed_topics.py', 'nodes/mixed_topics.py'): APART,
     ('servo_rig_driver/namesake.py', 'nodes/namesake.py'): APART,
     ('servo_rig_driver/ros_start.py', 'nodes/ros_start.py'): APART,
     ('servo_identify/setup.py', 'servo_twin/setup.py'): 'each package is built by itself',
