@@ -14,7 +14,6 @@ LONGER = {
     'servo_identify/nodes/jobs_node.py': 'one node: its actions share lock and folder',
     'servo_rig_driver/devices/on_request.py': 'one drive from start to rest, whatever it speaks',
     'servo_rig_driver/driver/driver_node.py': 'one lifecycle node: transitions share the link',
-    'servo_rig_driver/driver/rig_link.py': 'one state machine, a method for each state',
     'servo_rig_driver/emulated/canopen_nodes.py': 'one set of objects that SDO and PDO both reach',
     'servo_rig_driver/emulated/rig_process.py': 'one loop between bus, signals and faults',
     'servo_twin/bag/mcap_reading.py': 'one pass over the records of a file',
