@@ -4,7 +4,8 @@ import logging
 from threading import Event
 from time import monotonic, sleep
 
-from drive_bench import ASKED, bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters, turning
+import drive_bench
+from drive_bench import ASKED, bench, driven, each, Link, NAMES, OVER_TEMPERATURE, turning
 from driver_bench import wait_for
 from held_up import held_up_since
 import numpy as np
@@ -21,7 +22,7 @@ DOWN_WITHIN = 3.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
 logging.getLogger('canopen').setLevel(logging.WARNING)
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=each(NAMES))
 def name(request):
     return request.param
 
@@ -157,7 +158,7 @@ def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_pat
 
 @pytest.mark.parametrize('told', ['canopen', 'odrive'])
 def test_what_went_with_a_set_point_that_was_left_out_is_told_again(told, tmp_path):
-    link = Link(str(tmp_path / 'none.can'), parameters(told))
+    link = Link(str(tmp_path / 'none.can'), drive_bench.parameters(told))
     asked = [[identifier for identifier, _ in link.device.ask(k, Order.ENABLE, None, 10 * k)]
              for k in range(2)]
     link.sampler.withdraw(1, 20)
@@ -179,7 +180,7 @@ def test_references_beyond_the_limits_are_held_there(name, tmp_path):
         assert played() == pytest.approx(top)
 
 
-@pytest.mark.parametrize('name', OVER_TEMPERATURE)
+@pytest.mark.parametrize('name', each(OVER_TEMPERATURE))
 def test_a_fault_is_named_in_words_reset_and_left_behind(name, tmp_path):
     code, words = OVER_TEMPERATURE[name]
     with driven(name, tmp_path) as (made, link):
@@ -210,7 +211,7 @@ def test_a_drive_that_fails_again_and_again_is_given_up_and_stays_down(name, tmp
         link.enabled()
 
 
-@pytest.mark.parametrize('told', ['canopen', 'odrive', 'moteus'])  # those that tell of it
+@pytest.mark.parametrize('told', each(['canopen', 'odrive', 'moteus']))  # they tell of it
 def test_a_drive_that_missed_frames_more_often_than_it_may_fail_comes_back(told, tmp_path):
     with driven(told, tmp_path, fault_resets=1, fault_reset_pause=0.05) as (made, link):
         port = link.link._port
@@ -273,7 +274,7 @@ def test_another_driver_is_left_alone(name, tmp_path):
             second.link.open()
 
 
-@pytest.mark.parametrize('asked', ASKED)
+@pytest.mark.parametrize('asked', each(ASKED))
 def test_each_mode_moves_the_motor_its_way(asked, tmp_path):
     with driven(asked, tmp_path) as (_, link):
         assert isinstance(link.device, OnRequest)

@@ -1,6 +1,6 @@
 """A drive that was told to give no torque is taken to have none once it has said so."""
 
-from drive_bench import driven, NAMES, turning
+from drive_bench import driven, each, NAMES, turning
 from driver_bench import wait_for
 import pytest
 
@@ -21,7 +21,7 @@ def deaf(made):
     return cure
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_hears_nothing_is_told_of_a_stop_until_it_says_that_it_is_down(
         name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
@@ -37,7 +37,7 @@ def test_a_drive_that_hears_nothing_is_told_of_a_stop_until_it_says_that_it_is_d
         assert not any(SAID in trouble.text for trouble in link.health.troubles)
 
 
-@pytest.mark.parametrize('name', ['odrive', 'moteus', 'canopen'])
+@pytest.mark.parametrize('name', each(['odrive', 'moteus', 'canopen']))
 def test_a_drive_that_is_lost_while_it_follows_is_told_of_a_stop_when_it_answers_again(
         name, tmp_path):
     with driven(name, tmp_path, heartbeat_timeout=0.3, **SAFE) as (made, link):

@@ -2,7 +2,7 @@
 
 from time import sleep
 
-from drive_bench import driven, NAMES, STOPS, turning
+from drive_bench import driven, each, NAMES, STOPS, turning
 from driver_bench import wait_for
 import numpy as np
 import pytest
@@ -60,7 +60,7 @@ def stays_down(made, link, why='the drive was told to give no torque, by another
     wait_for(lambda: not link.health.has('drive.stopped'), 'it is over')
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_it(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
@@ -68,7 +68,7 @@ def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_i
         stays_down(made, link)
 
 
-@pytest.mark.parametrize('told', ['canopen', 'odrive', 'robstride'])  # those that tell of it
+@pytest.mark.parametrize('told', each(['canopen', 'odrive', 'robstride']))  # those that tell of it
 def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_it(told, tmp_path):
     with driven(told, tmp_path) as (made, link):
         turning(link)
@@ -83,7 +83,7 @@ def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_
                    if told == 'canopen' else 'or it started again without saying so, and stands')
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, tmp_path):
     with driven(name, tmp_path, enable_after_loss=False, heartbeat_timeout=1.0) as (made, link):
         turning(link)
@@ -96,7 +96,7 @@ def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, 
 UNDER_VOLTAGE = {'canopen': 0x3220, 'odrive': 0x200, 'robstride': 0b1, 'cubemars': 2, 'moteus': 40}
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_reports_under_voltage_stays_down_until_somebody_starts_it(name, tmp_path):
     with driven(name, tmp_path, enable_after_loss=False, fault_reset_pause=0.5) as (made, link):
         turning(link)
@@ -127,7 +127,7 @@ def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is
         link.enabled()
 
 
-@pytest.mark.parametrize('name', ['robstride', 'cubemars'])
+@pytest.mark.parametrize('name', each(['robstride', 'cubemars']))
 def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         port = link.link._port
