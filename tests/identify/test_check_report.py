@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.data.check import check
 from servo_identify.data.reading import files_of
+from servo_identify.data.recording_check import check
 from servo_identify.diagnose.splitting import split
 from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load

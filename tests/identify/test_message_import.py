@@ -9,10 +9,10 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import get_types_from_msg, get_typestore, Stores
 
 from servo_identify.cli import main
-from servo_identify.data.check import check
 from servo_identify.data.message_times import stamp_of
 from servo_identify.data.messages import fields_of
 from servo_identify.data.reading import read_recordings
+from servo_identify.data.recording_check import check
 from servo_twin.description.servo_file import load
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'

@@ -8,8 +8,8 @@ from bench_recording import bench_recording, SERVO, without
 import numpy as np
 import pytest
 
-from servo_identify.data.check import check
 from servo_identify.data.reading import read_recordings
+from servo_identify.data.recording_check import check
 from servo_twin.description.servo_file import load, loads
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import COLUMNS, Recording
