@@ -3,7 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-from bench_recording import bench_recording, SERVO
+from bench_recording import bench_recording
+from checked_bench import BENCH, changed, of_level
 import numpy as np
 import pytest
 
@@ -13,20 +14,11 @@ from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS, Recording
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
-BENCH = load(SERVO)
 
 
 @pytest.fixture(scope='module')
 def good():
     return bench_recording(4.0)
-
-
-def of_level(level, recording, servo=BENCH):
-    return [one for one in check([recording], servo) if one.level == level]
-
-
-def changed(recording, **columns):
-    return replace(recording, columns={**recording.columns, **columns})
 
 
 def test_it_warns_of_an_inertia_that_is_far_from_that_of_the_file(good):

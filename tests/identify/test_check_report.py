@@ -4,6 +4,7 @@ from dataclasses import replace
 import json
 
 from bench_recording import bench_recording, SERVO
+from checked_bench import BENCH, changed
 import numpy as np
 import pytest
 
@@ -12,18 +13,11 @@ from servo_identify.data.reading import files_of
 from servo_identify.data.recording_check import check
 from servo_identify.diagnose.splitting import split
 from servo_twin.bag import write_recording
-from servo_twin.description.servo_file import load
-
-BENCH = load(SERVO)
 
 
 @pytest.fixture(scope='module')
 def good():
     return bench_recording(4.0)
-
-
-def changed(recording, **columns):
-    return replace(recording, columns={**recording.columns, **columns})
 
 
 def test_it_tells_a_copy_of_a_recording_and_reads_a_file_once(good, tmp_path):

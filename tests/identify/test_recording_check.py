@@ -4,7 +4,8 @@ from dataclasses import replace
 from math import pi
 from pathlib import Path
 
-from bench_recording import bench_recording, SERVO, without
+from bench_recording import bench_recording, without
+from checked_bench import BENCH, changed, of_level
 import numpy as np
 import pytest
 
@@ -16,20 +17,11 @@ from servo_twin.recording.recording import COLUMNS, Recording
 
 DEGREES = 180.0 / pi
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
-BENCH = load(SERVO)
 
 
 @pytest.fixture(scope='module')
 def good():
     return bench_recording(4.0)
-
-
-def of_level(level, recording, servo=BENCH):
-    return [one for one in check([recording], servo) if one.level == level]
-
-
-def changed(recording, **columns):
-    return replace(recording, columns={**recording.columns, **columns})
 
 
 def test_it_finds_no_fault_with_a_good_recording(good):
