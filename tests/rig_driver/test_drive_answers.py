@@ -100,6 +100,7 @@ def twice(send, frames):
     send(frames * 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', each(ASKED))
 def test_a_spoiled_answer_shifts_no_other(name, tmp_path):
     with bench(name, tmp_path, sync_period=PERIOD) as made:

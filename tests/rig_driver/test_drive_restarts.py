@@ -34,6 +34,7 @@ def test_a_drive_that_starts_again_between_two_requests_stays_down(name, why, tm
         stays_down(made, link, why)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', each(ASKED))
 def test_a_drive_that_starts_again_within_the_heartbeat_timeout_stays_down(name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
@@ -44,6 +45,7 @@ def test_a_drive_that_starts_again_within_the_heartbeat_timeout_stays_down(name,
         stays_down(made, link, 'did not answer for a while, so that it may have lost its supply')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_stays_down_after_its_bus_was_gone_however_short_that_was(name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
@@ -70,6 +72,7 @@ def test_a_drive_that_starts_again_while_it_is_in_fault_stays_down(name, tmp_pat
                    else 'as after a loss of its supply')
 
 
+@pytest.mark.slow
 def test_a_drive_that_starts_again_is_told_its_watchdog_before_it_moves(tmp_path, monkeypatch):
     unwatched, command = [], EmulatedMit.command
 
@@ -110,6 +113,7 @@ def mute_heartbeats(nodes):
     nodes.beat = lambda now: None
 
 
+@pytest.mark.slow
 def test_an_axis_that_answers_without_a_heartbeat_is_held_since_its_state_is_not_known(tmp_path):
     with driven('odrive', tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -121,6 +125,7 @@ def test_an_axis_that_answers_without_a_heartbeat_is_held_since_its_state_is_not
         stays_down(made, link, 'tells its state no more')
 
 
+@pytest.mark.slow
 def test_an_axis_that_never_beats_is_left_off_and_told(tmp_path):
     with bench('odrive', tmp_path) as made:
         mute_heartbeats(made.rig.nodes)
@@ -134,6 +139,7 @@ def test_an_axis_that_never_beats_is_left_off_and_told(tmp_path):
             link.link.close()
 
 
+@pytest.mark.slow
 def test_a_canopen_drive_that_waits_to_be_started_stays_down_though_nobody_heard_it_boot(tmp_path):
     with driven('canopen', tmp_path, **SAFE) as (made, link):
         made.rig.between_frames(lambda: made.rig._send([(0x701, b'\x7f')]))

@@ -12,6 +12,7 @@ from servo_rig_driver.can_bus.bus_opening import BusSettings
 from servo_rig_driver.emulated.rig_process import EmulatedRig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('asked', each(ASKED))
 def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
     with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:
@@ -65,6 +66,7 @@ def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tm
             link.link.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('asked', each(ASKED))
 def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_off(asked, tmp_path):
     with driven(asked, tmp_path) as (made, link):

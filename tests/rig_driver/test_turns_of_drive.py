@@ -62,6 +62,7 @@ def told(link):
     return link.column('motor_position')[-1] / link.of['device.ratio']
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('name', 'law'), each([
     ('robstride', 'counts on'), ('robstride', 'goes round'), ('cybergear', 'counts on'),
     ('cubemars', 'counts on')]))

@@ -75,7 +75,7 @@ def parameters(name: str, **changed: Any) -> dict[str, Any]:
         of |= driver_parameters(CONFIG / 'drivers' / f'{file}.yaml')
     if name == 'cybergear':
         of['device.table'] = 'cybergear'
-    silence = 2.0 if name == 'canopen' else 5.0  # a start waits for a quarter of it
+    silence = 3.0 if name == 'canopen' else 5.0  # a start waits for a quarter of it
     return of | {'retry_period': 0.1, 'listen_time': 0.05, 'fault_reset_pause': 0.1,
                  'command_timeout': 0.2, 'heartbeat_timeout': silence, 'enable_after_loss': True,
                  'device.watchdog': WATCHDOG} | changed
