@@ -257,6 +257,14 @@ class Bench:
         self.rig.listens = 0.0  # there is no other rig
         self._serving = Thread(target=self.rig.serve, daemon=True)
         self._serving.start()
+        wait_for(self._booted, 'the drive has booted')
+
+    def _booted(self) -> bool:
+        try:
+            self.rig.between_frames(lambda: None)
+        except TimeoutError:
+            return False
+        return True
 
     def supply_off(self) -> None:
         """Let the drive lose its supply."""
