@@ -5,6 +5,10 @@ SHELL := /bin/bash
     audit lock bench blind-check results clean docs docs-check docs-tools notebooks
 
 WITH_ENV := . ./env.sh &&
+# Tests start hundreds of processes, which are to find their modules compiled, whatever the shell says.
+PYTEST := PYTHONDONTWRITEBYTECODE= python -m pytest
+# One more than two processors: tests of processes wait for most of their time.
+WORKERS ?= 3
 DATA ?= $(wildcard ../shared/data)
 
 help:     ## say what can be made
@@ -23,14 +27,14 @@ run: setup  ## drive, twin, record and replay the emulated bench, then diagnose 
 demo: setup  ## leave an effect out of a twin, record, diagnose: the answer beside the truth
 	@$(WITH_ENV) bash tools/demonstrate.sh
 
-test: training  ## run the tests but the long ones; ARGS=... goes to pytest
-	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal -m 'not long' $(ARGS)
+test: training  ## run the tests but the long ones; WORKERS=3, ARGS=... goes to pytest
+	@$(WITH_ENV) $(PYTEST) tests -n $(WORKERS) --dist worksteal -m 'not long' $(ARGS)
 
-test-long: training  ## run the tests that take ten seconds and more each; some twenty-five minutes
-	@$(WITH_ENV) python -m pytest tests -n 2 --dist worksteal -m long $(ARGS)
+test-long: training  ## run the tests that take ten seconds and more, and all drives; some twenty-five minutes
+	@$(WITH_ENV) $(PYTEST) tests -n 2 --dist worksteal -m long $(ARGS)
 
-fast: setup  ## run the tests that start no ROS graph and take less than five seconds each
-	@$(WITH_ENV) python -m pytest tests -n 2 -m 'not slow and not long and not ros' $(ARGS)
+fast: setup  ## run the tests that start no ROS graph and take less than two seconds each
+	@$(WITH_ENV) $(PYTEST) tests -n 2 -m 'not slow and not long and not ros' $(ARGS)
 
 checks: lint types  ## check style, words, links, imports, packages, security, sizes, repeats and types; a minute
 	@$(WITH_ENV) python -m pytest -q tests/house/test_words.py tests/house/test_pages.py \

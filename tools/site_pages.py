@@ -41,7 +41,7 @@ API = """# Python API
 
 ## Results
 
-::: servo_identify.api.results
+::: servo_identify.api.answers
 """
 ROOT_PAGES = {'index.md': 'README.md', 'CONTRIBUTING.md': 'CONTRIBUTING.md',
               'CHANGELOG.md': 'CHANGELOG.md'}

@@ -30,7 +30,7 @@ from speed_table import row
 
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import HARMONIC_DRIVES, with_harmonic_drive
 from servo_twin.physics.servo import Placed, Servo
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.physics.state import INPUTS

@@ -6,7 +6,7 @@ from bench_recording import bench_recording, SERVO
 import numpy as np
 import pytest
 
-from servo_identify.data.check import check
+from servo_identify.data.recording_check import check
 from servo_rig_driver.emulated.make_recording import make_recording
 from servo_twin.description.servo_file import load
 from servo_twin.physics.catalogue import find

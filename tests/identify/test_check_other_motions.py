@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from servo_identify.data.apart import Chance, most_apart
-from servo_identify.data.check import check
 from servo_identify.data.pooled import Columns, pooled
+from servo_identify.data.recording_check import check
 from servo_twin.description.servo_file import load
 from servo_twin.recording.recording import COLUMNS, Recording
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from synthetic_recordings import run_of
 
-from servo_identify.data.check import check
+from servo_identify.data.recording_check import check
 from servo_twin.description.servo_file import loads
 
 FILE = """

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from test_foreign_habits import refused
 
-from servo_identify.data.check import check
 from servo_identify.data.column_names import is_electrical, looks_like
 from servo_identify.data.reading import read_recordings
+from servo_identify.data.recording_check import check
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
 from servo_twin.description import servo_file

@@ -257,7 +257,7 @@ def test_it_leaves_a_usable_bag_and_a_motor_at_rest_when_it_ends_early(tmp_path)
     patient = tmp_path / 'driver.yaml'  # a busy machine stands still for longer than a drive waits
     patient.write_text((CONFIG / 'driver.yaml').read_text().replace(
         'command_timeout: 0.1 ', 'command_timeout: 1.0 ').replace(
-        'heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 5.0 '))
+        'heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 3.0 '))
     with closing(LoadAngle('rig')) as load, Processes(tmp_path / 'logs') as processes, \
             emulated_bench(processes, 'rig', CONFIG / 'rigs' / 'rv_bench.yaml', patient,
                            watchdog=2.0):

@@ -7,8 +7,8 @@ from init_bench import gear_motor, init, write
 import numpy as np
 import pytest
 
-from servo_identify.data.check import check
 from servo_identify.data.fill_values import fill_value_of
+from servo_identify.data.recording_check import check
 from servo_twin.description.servo_file import load
 
 

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.drives import CurrentAmplifier, CurrentDrive
-from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import HARMONIC_DRIVES, NAMES, with_harmonic_drive
 from servo_twin.physics.mechanisms.ball_screw import BallScrew
 from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia

@@ -11,7 +11,7 @@ from servo_identify.cli import main
 from servo_identify.data.reading import read_recordings
 from servo_identify.init.flag_names import TYPES, VALUES
 from servo_identify.init.machine import flags, SECTIONS
-from servo_identify.init.noise import noise_of
+from servo_identify.init.sensor_noise import noise_of
 from servo_identify.init.sources import offered
 from servo_twin.bag import write_recording
 from servo_twin.description.servo_file import load

@@ -53,58 +53,12 @@ def test_both_files_pass_the_check_for_awkward_tables(run, tmp_path, how, capsys
     assert 'given as 212 rpm/V' in servo.read_text() and '# effects:' in servo.read_text()
 
 
-def test_an_encoder_that_wraps_around_is_put_together_and_what_is_left_out_is_said(
-        run, tmp_path, capsys):
-    angle = np.degrees(run['theta'])
-    data = write(tmp_path / 'run.csv', {
-        't': run['time'], 'voltage': run['u'], 'current': run['i'],
-        'motor_position [deg]': (angle + 180.0) % 360.0 - 180.0, 'speed [rpm]': run['q']})
-    assert init(data, tmp_path) == 0
-    said = capsys.readouterr().out
-    assert 'wraps around at each 360 of them' in said and "left out             'speed" in said
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
-
-
-def test_a_counter_that_wraps_around_is_put_together(run, tmp_path, capsys):
-    counts = np.round(run['theta'] / COUNT)
-    data = write(tmp_path / 'run.csv', {
-        't': run['time'], 'voltage': run['u'], 'current': run['i'],
-        'counter': (counts + 16384) % 32768 - 16384})
-    assert init(data, tmp_path, '--column', 'motor_position=counter:1/4096 rev') == 0
-    assert 'wraps around at each 32768 of them' in capsys.readouterr().out
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    assert np.allclose(one['motor_position'], run['theta'], atol=1e-6)
-
-
-@pytest.mark.parametrize('mark', ['_', '/', ', '])
-def test_a_unit_may_be_the_last_word_of_a_name(run, tmp_path, mark):
-    data = write(tmp_path / 'run.csv', {name.replace(' ', mark): column for name, column in {
-        'time ms': 1e3 * run['time'], 'supply V': 24.0 + 0.0 * run['u'], 'command V': run['u'],
-        'current mA': 1e3 * run['i'], 'motor_position deg': np.degrees(run['theta'])}.items()},
-        ';')
-    assert init(data, tmp_path) == 0
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    assert one.period == pytest.approx(0.002)
-    np.testing.assert_allclose(one['current'], run['i'], atol=1e-8)
-    np.testing.assert_allclose(one['motor_position'], run['theta'], atol=1e-6)
-
-
 def test_it_names_time_and_encoder_of_a_table_without_names_at_once(run, tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')},
                  names=False)
     assert init(data, tmp_path) == 2
     said = capsys.readouterr().err
     assert '--column t=SOURCE' in said and '--column motor_position=SOURCE' in said
-
-
-def test_degrees_that_were_called_radians_are_found_out_and_nothing_is_written(
-        run, tmp_path, capsys):
-    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i')} | {
-        'theta': np.degrees(run['theta'])})
-    assert init(data, tmp_path, '--column', 'motor_position=theta:rad', '--si') == 1
-    assert 'degrees' in capsys.readouterr().out
-    assert not (tmp_path / 'new').exists()
 
 
 def test_a_table_of_a_german_logger_needs_no_column_named_but_the_shaft(tmp_path, run, capsys):
@@ -149,15 +103,6 @@ def test_the_set_point_is_not_the_command_of_an_amplifier_with_another_gain(tmp_
     assert 'there is no voltage' in capsys.readouterr().out
 
 
-def test_a_count_of_the_vendor_is_a_unit_too(run, tmp_path):
-    data = write(tmp_path / 'run.csv', {
-        'time': run['time'], 'voltage': run['u'], 'motor_position': run['theta'],
-        'current': np.round(run['i'] / 0.00269)})
-    assert init(data, tmp_path, '--column', 'current=current:2.69 mA') == 0
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    assert np.allclose(one['current'], run['i'], atol=0.0014)
-
-
 def test_the_scope_of_a_drive_has_its_reference_at_the_motor(run, tmp_path, capsys):
     counts = np.round(run['theta'] / COUNT)
     data = write(tmp_path / 'scope.csv', {
@@ -180,13 +125,6 @@ def test_the_scope_of_a_drive_has_its_reference_at_the_motor(run, tmp_path, caps
     assert not one.has('reference_position')
 
 
-@pytest.mark.parametrize('name', ['actual_q_0', 'q_0'])
-def test_a_name_that_ends_with_the_number_of_a_joint_has_no_unit_there(run, tmp_path, name):
-    data = write(tmp_path / 'run.csv', {'time': run['time'], 'voltage': run['u'],
-                                        'current': run['i'], name: run['theta']})
-    assert init(data, tmp_path, '--column', f'motor_position={name}:rad') == 0
-
-
 @pytest.mark.parametrize(('name', 'column'), [
     ('out.logsout.theta.Time', 't'), ('out.logsout.theta.Data', ANGLE),
     ('angle.time', 't'), ('out.logsout.i.Time', 't')])
@@ -205,15 +143,6 @@ def test_the_times_of_a_signal_are_no_angle(name, column):
     ('Zwischenkreisspannung', ''), ('Schleppfehler', ''), ('Positionsabweichung', '')])
 def test_it_knows_the_names_of_german_loggers(name, column):
     assert looks_like(name) == column
-
-
-def test_a_unit_may_be_the_word_that_says_the_quantity(run, tmp_path):
-    data = write(tmp_path / 'run.csv', {
-        't': run['time'], 'voltage': run['u'], 'current': run['i'], 'motor_position': run['theta'],
-        'rpm': run['q'], 'rpm_set': np.gradient(run['q'], run['time']) * 30.0 / np.pi})
-    assert init(data, tmp_path) == 0
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    np.testing.assert_allclose(one['reference_velocity'], np.gradient(run['q'], run['time']))
 
 
 def test_what_begins_with_t_and_does_not_rise_is_a_temperature(run, tmp_path, capsys):
@@ -237,16 +166,6 @@ def test_a_column_of_text_is_named_apart_from_the_question_for_another(run, tmp_
     question, apart = said.split('\n  left out: ')
     assert "motor_position=SOURCE:UNIT (of ['level'])" in question
     assert 'RUN' not in question and "column 'state' has 'RUN' in row 1" in apart
-
-
-def test_registers_that_were_read_as_unsigned_get_their_steps(run, tmp_path, capsys):
-    data = write(tmp_path / 'run.csv', {
-        't': run['time'], 'voltage': run['u'], 'motor_position': run['theta'],
-        'Present Current': np.round(run['i'] / 0.00269) % 65536})
-    assert init(data, tmp_path, '--column', 'current=Present Current:2.69 mA') == 0
-    assert 'in 2.69 mA, read as unsigned of 16 bit' in capsys.readouterr().out
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    np.testing.assert_allclose(one['current'], run['i'], atol=0.0014)
 
 
 @pytest.mark.parametrize(('name', 'column'), [
@@ -284,26 +203,6 @@ def test_a_share_of_the_supply_is_asked_for_and_never_taken_for_volts(tmp_path, 
     assert init(data, tmp_path, '--si', '--column', f'voltage={name}:24 V') == 0
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
     assert one['voltage'] == pytest.approx(motor['u'], abs=1e-6)
-
-
-def test_the_unit_behind_a_name_is_that_of_a_column_that_is_given(run, tmp_path, capsys):
-    data = write(tmp_path / 'run.csv', {'tout': run['time'], 'u': run['u'], 'i': run['i'],
-                                        'theta_deg': np.degrees(run['theta'])})
-    assert init(data, tmp_path, '--si', '--column', 'motor_position=theta_deg') == 0
-    assert "motor_position       is 'theta_deg' in deg" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(('name', 'first', 'unit'), [('micros', 2**32 - 2_000_000, 'us'),
-                                                     ('ms', 2**16 - 1000, 'ms')])
-def test_a_counter_of_time_that_begins_again_is_put_together(run, tmp_path, name, first, unit):
-    counts = np.round(run['time'] / {'us': 1e-6, 'ms': 1e-3}[unit]) + first
-    data = write(tmp_path / 'run.csv', {
-        name: counts % (2**32 if unit == 'us' else 2**16), 'voltage': run['u'],
-        'current': run['i'], 'motor_position': run['theta']})
-    assert init(data, tmp_path, '--column', f't={name}:{unit}') == 0
-    one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')
-    assert one.period == pytest.approx(0.002, rel=1e-3)
-    assert len(one.time) == pytest.approx(2000, abs=3)
 
 
 def test_it_asks_of_a_channel_in_volts_whether_it_is_the_command(run, tmp_path, capsys):

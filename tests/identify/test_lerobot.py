@@ -9,7 +9,7 @@ import pyarrow
 from pyarrow import parquet
 import pytest
 
-from servo_identify.data.check import check
+from servo_identify.data.recording_check import check
 from servo_identify.data.tables import read_table
 from servo_twin.description.servo_file import load
 

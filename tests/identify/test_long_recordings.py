@@ -15,14 +15,14 @@ from servo_identify.cli import main
 from servo_identify.commands import import_table
 from servo_identify.commands.online import followed
 from servo_identify.data import import_in_parts, long_bags
-from servo_identify.data.check import check
 from servo_identify.data.import_memory import memory_of
 from servo_identify.data.long_bags import looked_at
 from servo_identify.data.reading import open_one, read_looked_at, read_one
+from servo_identify.data.recording_check import check
 from servo_identify.data.survey import survey
 from servo_identify.diagnose.checks import check as said_before
 from servo_identify.diagnose.splitting import split
-from servo_twin.bag import memory, RecordingWriter
+from servo_twin.bag import fits_in_memory, RecordingWriter
 from servo_twin.description.servo_file import load
 from servo_twin.recording import parts
 from servo_twin.recording.recording import COMPARED
@@ -282,6 +282,6 @@ def test_an_import_says_the_memory_that_it_takes_before_it_starts(motion, monkey
     tracemalloc.stop()
     assert 'is held whole while it is imported' in capsys.readouterr().err
     assert 0.3 * took < memory_of(path) < 3.0 * took
-    monkeypatch.setattr(memory, 'free_memory', lambda: 0.5 * memory_of(path))
+    monkeypatch.setattr(fits_in_memory, 'free_memory', lambda: 0.5 * memory_of(path))
     assert main([*words, '-o', str(tmp_path / 'more')]) == 2
     assert 'GiB are free; part the table' in capsys.readouterr().err

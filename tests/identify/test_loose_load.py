@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from synthetic_recordings import run_of
 
-from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_identify.diagnose.mechanisms.builder import Builder
 from servo_identify.diagnose.mechanisms.loose_load import loose_load
 from servo_identify.diagnose.residuals.nuisance import nuisance_of

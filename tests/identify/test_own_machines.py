@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from servo_identify.diagnose.mechanisms.builder import Builder
-from servo_identify.diagnose.mechanisms.friction import friction_of
+from servo_identify.diagnose.mechanisms.shaft_friction import friction_of
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.bounded_least_squares import bounded
 from servo_identify.diagnose.selection.explain import explained

@@ -7,7 +7,7 @@ import pytest
 from test_clocks import AXIS, moved, PERIOD
 from test_selection import named_by_equations, recorded, SERVO, with_effect
 
-from servo_identify.diagnose.handover.parts import parts_of
+from servo_identify.diagnose.handover.hypothesis_effects import parts_of
 from servo_identify.diagnose.handover.simulated_gap import simulated
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.choice import Choice

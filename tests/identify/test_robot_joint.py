@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from servo_identify.diagnose.handover.added import added_of
-from servo_identify.diagnose.handover.parts import parts_of
+from servo_identify.diagnose.handover.hypothesis_effects import parts_of
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.confidence import preferred
 from servo_identify.diagnose.selection.explain import explained

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from servo_identify.data.check import check
+from servo_identify.data.recording_check import check
 from servo_twin.description.servo_file import load, loads
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import COLUMNS, PREDICTED, Recording

@@ -11,7 +11,7 @@ from small_tables import SERVO, table, TIME
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
-from servo_twin.bag import memory
+from servo_twin.bag import fits_in_memory
 
 
 def test_it_reads_the_signals_of_a_scope_by_their_labels(tmp_path):
@@ -144,7 +144,7 @@ def test_a_zip_of_several_tables_or_of_none_is_refused_with_what_to_do(tmp_path)
 
 def test_a_file_that_unpacks_to_more_than_the_memory_is_stopped(tmp_path, monkeypatch):
     path = zipped(tmp_path / 'bomb.zip', {'a.csv': '0' * 50_000_000})
-    monkeypatch.setattr(memory, 'free_memory', lambda: 2e7)
+    monkeypatch.setattr(fits_in_memory, 'free_memory', lambda: 2e7)
     with pytest.raises(ValueError, match=f'{path}: reading it takes about .* are free'):
         read_table(path)
 

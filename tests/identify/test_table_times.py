@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_tables import SERVO, table, TIME, write_csv
 
-from servo_identify.data.check import check
+from servo_identify.data.recording_check import check
 from servo_identify.data.table_import import import_table
 from servo_identify.data.time_units import WORDS
 from servo_twin.description.servo_file import load

@@ -6,8 +6,8 @@ from bench_recording import bench_recording, SERVO
 import numpy as np
 import pytest
 
-from servo_identify.data.check import check
 from servo_identify.data.clipped import clipped
+from servo_identify.data.recording_check import check
 from servo_identify.data.told_by_another import held
 from servo_twin.description.servo_file import load
 

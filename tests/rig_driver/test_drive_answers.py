@@ -2,7 +2,7 @@
 
 from time import sleep
 
-from drive_bench import bench, Link, NAMES
+from drive_bench import ASKED, bench, each, Link
 from driver_bench import wait_for
 import numpy as np
 import pytest
@@ -10,7 +10,6 @@ import pytest
 from servo_rig_driver.driver.setpoints import Mode
 from servo_rig_driver.emulated import rig_sampling
 
-ASKED = tuple(name for name in NAMES if name != 'canopen')
 PERIOD = 0.02  # s; a busy machine answers late by some ms
 ESTIMATES, CURRENT = 0x29, 0x34  # of ODrive's axis 1; other drives answer by one frame
 
@@ -101,7 +100,8 @@ def twice(send, frames):
     send(frames * 2)
 
 
-@pytest.mark.parametrize('name', ASKED)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(ASKED))
 def test_a_spoiled_answer_shifts_no_other(name, tmp_path):
     with bench(name, tmp_path, sync_period=PERIOD) as made:
         link = Link(made.channel, made.of | {'command_timeout': 5.0, 'answer_timeout': 0.1})

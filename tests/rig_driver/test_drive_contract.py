@@ -4,7 +4,8 @@ import logging
 from threading import Event
 from time import monotonic, sleep
 
-from drive_bench import ASKED, bench, driven, Link, NAMES, OVER_TEMPERATURE, parameters, turning
+import drive_bench
+from drive_bench import ASKED, bench, driven, each, Link, NAMES, OVER_TEMPERATURE, turning
 from driver_bench import wait_for
 from held_up import held_up_since
 import numpy as np
@@ -21,7 +22,7 @@ DOWN_WITHIN = 3.0  # s: quick stop 0.5, torque away 0.8, and a busy machine
 logging.getLogger('canopen').setLevel(logging.WARNING)
 
 
-@pytest.fixture(params=NAMES)
+@pytest.fixture(params=each(NAMES))
 def name(request):
     return request.param
 
@@ -37,6 +38,7 @@ def went_down(made, link, since):
     assert said[2:] in ([], ['off'])
 
 
+@pytest.mark.slow
 def test_it_follows_and_loses_no_sample_without_a_word(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
@@ -56,6 +58,7 @@ def test_it_follows_and_loses_no_sample_without_a_word(name, tmp_path):
         assert abs(link.column('motor_position')[-1] - seen) < 0.05 + 0.05 * abs(seen)
 
 
+@pytest.mark.slow
 def test_it_is_taken_down_by_a_quick_stop_and_then_no_torque_and_stays_down(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
@@ -80,6 +83,7 @@ def test_a_stop_ends_at_rest_however_long_the_quick_stop_may_take(name, tmp_path
         assert not made.pushes
 
 
+@pytest.mark.slow
 def test_a_driver_that_dies_leaves_a_drive_that_stops_by_itself(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
@@ -87,6 +91,7 @@ def test_a_driver_that_dies_leaves_a_drive_that_stops_by_itself(name, tmp_path):
         wait_for(lambda: not made.pushes, 'the drive stops by itself')
 
 
+@pytest.mark.slow
 def test_no_set_point_older_than_the_timeout_reaches_the_motor(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
@@ -132,6 +137,7 @@ def test_a_set_point_that_grew_old_while_the_driver_was_held_up_is_taken_out(nam
         turning(link)
 
 
+@pytest.mark.slow
 def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_path, monkeypatch):
     holding, take = Event(), CanHub._take
 
@@ -157,7 +163,7 @@ def test_a_set_point_that_grew_old_on_the_bus_is_left_out_and_said(name, tmp_pat
 
 @pytest.mark.parametrize('told', ['canopen', 'odrive'])
 def test_what_went_with_a_set_point_that_was_left_out_is_told_again(told, tmp_path):
-    link = Link(str(tmp_path / 'none.can'), parameters(told))
+    link = Link(str(tmp_path / 'none.can'), drive_bench.parameters(told))
     asked = [[identifier for identifier, _ in link.device.ask(k, Order.ENABLE, None, 10 * k)]
              for k in range(2)]
     link.sampler.withdraw(1, 20)
@@ -179,7 +185,7 @@ def test_references_beyond_the_limits_are_held_there(name, tmp_path):
         assert played() == pytest.approx(top)
 
 
-@pytest.mark.parametrize('name', OVER_TEMPERATURE)
+@pytest.mark.parametrize('name', each(OVER_TEMPERATURE))
 def test_a_fault_is_named_in_words_reset_and_left_behind(name, tmp_path):
     code, words = OVER_TEMPERATURE[name]
     with driven(name, tmp_path) as (made, link):
@@ -191,6 +197,7 @@ def test_a_fault_is_named_in_words_reset_and_left_behind(name, tmp_path):
         assert link.column('motor_position').size
 
 
+@pytest.mark.slow
 def test_a_drive_that_fails_again_and_again_is_given_up_and_stays_down(name, tmp_path):
     code, _ = OVER_TEMPERATURE[name]  # an ODrive tells of a reset 0.1 s later
     with driven(name, tmp_path, fault_resets=1, fault_reset_pause=0.5) as (made, link):
@@ -210,7 +217,8 @@ def test_a_drive_that_fails_again_and_again_is_given_up_and_stays_down(name, tmp
         link.enabled()
 
 
-@pytest.mark.parametrize('told', ['canopen', 'odrive', 'moteus'])  # those that tell of it
+@pytest.mark.slow
+@pytest.mark.parametrize('told', each(['canopen', 'odrive', 'moteus']))  # they tell of it
 def test_a_drive_that_missed_frames_more_often_than_it_may_fail_comes_back(told, tmp_path):
     with driven(told, tmp_path, fault_resets=1, fault_reset_pause=0.05) as (made, link):
         port = link.link._port
@@ -227,6 +235,7 @@ def test_a_drive_that_missed_frames_more_often_than_it_may_fail_comes_back(told,
         assert not link.master.given_up
 
 
+@pytest.mark.slow
 def test_a_bus_that_goes_away_is_told_and_opened_again(name, tmp_path):
     with bench(name, tmp_path) as made:
         made.supply_off()
@@ -251,6 +260,7 @@ def test_a_bus_that_goes_away_is_told_and_opened_again(name, tmp_path):
             hub.__exit__()
 
 
+@pytest.mark.slow
 def test_a_drive_that_falls_silent_is_named_and_led_up_again_when_it_is_back(name, tmp_path):
     with driven(name, tmp_path, heartbeat_timeout=0.3) as (made, link):
         nodes = made.rig.nodes
@@ -273,7 +283,7 @@ def test_another_driver_is_left_alone(name, tmp_path):
             second.link.open()
 
 
-@pytest.mark.parametrize('asked', ASKED)
+@pytest.mark.parametrize('asked', each(ASKED))
 def test_each_mode_moves_the_motor_its_way(asked, tmp_path):
     with driven(asked, tmp_path) as (_, link):
         assert isinstance(link.device, OnRequest)

@@ -1,6 +1,6 @@
 """A drive that was told to give no torque is taken to have none once it has said so."""
 
-from drive_bench import driven, NAMES, turning
+from drive_bench import driven, each, NAMES, turning
 from driver_bench import wait_for
 import pytest
 
@@ -21,7 +21,8 @@ def deaf(made):
     return cure
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_hears_nothing_is_told_of_a_stop_until_it_says_that_it_is_down(
         name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
@@ -37,7 +38,8 @@ def test_a_drive_that_hears_nothing_is_told_of_a_stop_until_it_says_that_it_is_d
         assert not any(SAID in trouble.text for trouble in link.health.troubles)
 
 
-@pytest.mark.parametrize('name', ['odrive', 'moteus', 'canopen'])
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(['odrive', 'moteus', 'canopen']))
 def test_a_drive_that_is_lost_while_it_follows_is_told_of_a_stop_when_it_answers_again(
         name, tmp_path):
     with driven(name, tmp_path, heartbeat_timeout=0.3, **SAFE) as (made, link):
@@ -51,6 +53,7 @@ def test_a_drive_that_is_lost_while_it_follows_is_told_of_a_stop_when_it_answers
         wait_for(lambda: link.link.state == 'idle', 'the link rests')
 
 
+@pytest.mark.slow
 def test_a_link_that_ends_before_the_drive_said_that_it_is_down_says_so(tmp_path):
     with driven('moteus', tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -60,6 +63,7 @@ def test_a_link_that_ends_before_the_drive_said_that_it_is_down_says_so(tmp_path
         assert link.link.close()
 
 
+@pytest.mark.slow
 def test_an_axis_whose_heartbeat_does_not_know_of_its_torque_yet_is_not_taken_to_have_none(
         tmp_path):
     with driven('odrive', tmp_path, **SAFE) as (made, link):

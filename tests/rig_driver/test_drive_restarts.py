@@ -3,7 +3,7 @@
 from math import isfinite
 
 import can
-from drive_bench import ASKED, bench, driven, Link, NAMES, OVER_TEMPERATURE, turning
+from drive_bench import ASKED, bench, driven, each, Link, NAMES, OVER_TEMPERATURE, turning
 from driver_bench import wait_for
 from made_device import made as made_device
 import pytest
@@ -21,11 +21,11 @@ SECOND = 10**9
 SAFE = {'enable_after_loss': False}
 
 
-@pytest.mark.parametrize(('name', 'why'), [
+@pytest.mark.parametrize(('name', 'why'), each([
     ('odrive', 'own, or it started again without saying so, and stands'),
     ('robstride', 'own, or it started again without saying so, and stands'),
     ('cubemars', 'gives no torque though it is asked for some, as after a loss of its supply'),
-    ('moteus', 'has started again, as after a loss of its supply, and stands')])
+    ('moteus', 'has started again, as after a loss of its supply, and stands')]))
 def test_a_drive_that_starts_again_between_two_requests_stays_down(name, why, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -34,7 +34,8 @@ def test_a_drive_that_starts_again_between_two_requests_stays_down(name, why, tm
         stays_down(made, link, why)
 
 
-@pytest.mark.parametrize('name', ASKED)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(ASKED))
 def test_a_drive_that_starts_again_within_the_heartbeat_timeout_stays_down(name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -44,7 +45,8 @@ def test_a_drive_that_starts_again_within_the_heartbeat_timeout_stays_down(name,
         stays_down(made, link, 'did not answer for a while, so that it may have lost its supply')
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_stays_down_after_its_bus_was_gone_however_short_that_was(name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -59,7 +61,7 @@ def test_a_drive_stays_down_after_its_bus_was_gone_however_short_that_was(name, 
         stays_down(made, link, 'out of reach while the bus was gone, so that it may have lost')
 
 
-@pytest.mark.parametrize('name', ASKED)
+@pytest.mark.parametrize('name', each(ASKED))
 def test_a_drive_that_starts_again_while_it_is_in_fault_stays_down(name, tmp_path):
     with driven(name, tmp_path, fault_reset_pause=5.0, **SAFE) as (made, link):
         turning(link)
@@ -70,6 +72,7 @@ def test_a_drive_that_starts_again_while_it_is_in_fault_stays_down(name, tmp_pat
                    else 'as after a loss of its supply')
 
 
+@pytest.mark.slow
 def test_a_drive_that_starts_again_is_told_its_watchdog_before_it_moves(tmp_path, monkeypatch):
     unwatched, command = [], EmulatedMit.command
 
@@ -89,7 +92,7 @@ def test_a_drive_that_starts_again_is_told_its_watchdog_before_it_moves(tmp_path
         assert made.rig.nodes.watchdog == made.of['device.watchdog'] and not unwatched
 
 
-@pytest.mark.parametrize('name', ['robstride', 'cubemars'])
+@pytest.mark.parametrize('name', each(['robstride', 'cubemars']))
 def test_a_drive_is_led_up_again_where_the_driver_itself_was_held_up(name, tmp_path):
     with driven(name, tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -110,6 +113,7 @@ def mute_heartbeats(nodes):
     nodes.beat = lambda now: None
 
 
+@pytest.mark.slow
 def test_an_axis_that_answers_without_a_heartbeat_is_held_since_its_state_is_not_known(tmp_path):
     with driven('odrive', tmp_path, **SAFE) as (made, link):
         turning(link)
@@ -121,6 +125,7 @@ def test_an_axis_that_answers_without_a_heartbeat_is_held_since_its_state_is_not
         stays_down(made, link, 'tells its state no more')
 
 
+@pytest.mark.slow
 def test_an_axis_that_never_beats_is_left_off_and_told(tmp_path):
     with bench('odrive', tmp_path) as made:
         mute_heartbeats(made.rig.nodes)
@@ -134,6 +139,7 @@ def test_an_axis_that_never_beats_is_left_off_and_told(tmp_path):
             link.link.close()
 
 
+@pytest.mark.slow
 def test_a_canopen_drive_that_waits_to_be_started_stays_down_though_nobody_heard_it_boot(tmp_path):
     with driven('canopen', tmp_path, **SAFE) as (made, link):
         made.rig.between_frames(lambda: made.rig._send([(0x701, b'\x7f')]))

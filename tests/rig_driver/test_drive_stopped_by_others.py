@@ -2,7 +2,7 @@
 
 from time import sleep
 
-from drive_bench import driven, NAMES, STOPS, turning
+from drive_bench import driven, each, NAMES, STOPS, turning
 from driver_bench import wait_for
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from servo_rig_driver.devices.moteus_registers import TIMEOUT
 from servo_rig_driver.driver.setpoints import Mode
 
 
+@pytest.mark.slow
 def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_path):
     with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
         turning(link)
@@ -25,6 +26,7 @@ def test_an_emergency_stop_keeps_the_drive_down_until_somebody_activates_it(tmp_
         link.enabled()
 
 
+@pytest.mark.slow
 def test_an_emergency_stop_that_another_clears_leaves_the_drive_down(tmp_path):
     with driven('odrive', tmp_path, fault_reset_pause=0.02) as (made, link):
         made.tap.wire.send([(0x22, b'')])
@@ -60,7 +62,8 @@ def stays_down(made, link, why='the drive was told to give no torque, by another
     wait_for(lambda: not link.health.has('drive.stopped'), 'it is over')
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_it(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         turning(link)
@@ -68,7 +71,8 @@ def test_a_drive_that_another_master_disables_stays_down_until_somebody_starts_i
         stays_down(made, link)
 
 
-@pytest.mark.parametrize('told', ['canopen', 'odrive', 'robstride'])  # those that tell of it
+@pytest.mark.slow
+@pytest.mark.parametrize('told', each(['canopen', 'odrive', 'robstride']))  # those that tell of it
 def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_it(told, tmp_path):
     with driven(told, tmp_path) as (made, link):
         turning(link)
@@ -83,7 +87,8 @@ def test_a_drive_that_is_disabled_at_its_panel_stays_down_until_somebody_starts_
                    if told == 'canopen' else 'or it started again without saying so, and stands')
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, tmp_path):
     with driven(name, tmp_path, enable_after_loss=False, heartbeat_timeout=1.0) as (made, link):
         turning(link)
@@ -96,7 +101,8 @@ def test_a_drive_that_lost_its_supply_stays_down_until_somebody_starts_it(name, 
 UNDER_VOLTAGE = {'canopen': 0x3220, 'odrive': 0x200, 'robstride': 0b1, 'cubemars': 2, 'moteus': 40}
 
 
-@pytest.mark.parametrize('name', NAMES)
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(NAMES))
 def test_a_drive_that_reports_under_voltage_stays_down_until_somebody_starts_it(name, tmp_path):
     with driven(name, tmp_path, enable_after_loss=False, fault_reset_pause=0.5) as (made, link):
         turning(link)
@@ -104,6 +110,7 @@ def test_a_drive_that_reports_under_voltage_stays_down_until_somebody_starts_it(
         stays_down(made, link, 'under-voltage, as where its supply is cut, and stands in ')
 
 
+@pytest.mark.slow
 def test_a_canopen_drive_that_boots_stays_down_and_an_encoder_that_boots_stops_none(tmp_path):
     with driven('canopen', tmp_path, enable_after_loss=False) as (made, link):
         made.tap.wire.send([(0x702, b'\0')])
@@ -113,6 +120,7 @@ def test_a_canopen_drive_that_boots_stays_down_and_an_encoder_that_boots_stops_n
         stays_down(made, link, 'has started again, as after a loss of its supply, and stands in')
 
 
+@pytest.mark.slow
 def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is_reset(tmp_path):
     with driven('moteus', tmp_path) as (made, link):
         nodes = made.rig.nodes
@@ -127,7 +135,7 @@ def test_a_moteus_that_brakes_when_its_watchdog_runs_out_is_stopped_before_it_is
         link.enabled()
 
 
-@pytest.mark.parametrize('name', ['robstride', 'cubemars'])
+@pytest.mark.parametrize('name', each(['robstride', 'cubemars']))
 def test_a_drive_whose_watchdog_ran_out_in_silence_is_led_up_again(name, tmp_path):
     with driven(name, tmp_path) as (made, link):
         port = link.link._port

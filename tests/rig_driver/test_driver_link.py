@@ -18,8 +18,9 @@ from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.devices.canopen_device import CanopenDevice
 from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
 from servo_rig_driver.devices.pdo_table import load_frames
+from servo_rig_driver.driver.paced_requests import LinkSettings
 from servo_rig_driver.driver.rig_health import RigHealth
-from servo_rig_driver.driver.rig_link import ForeignDriver, LinkSettings, RigLink
+from servo_rig_driver.driver.rig_link import ForeignDriver, RigLink
 from servo_rig_driver.driver.rig_watch import RigWatch
 from servo_rig_driver.driver.sampler import Sampler
 from servo_rig_driver.driver.setpoints import Limits, Mode, SetpointPlayer

@@ -3,7 +3,7 @@
 from threading import Thread
 from time import monotonic, sleep
 
-from drive_bench import ASKED, bench, driven, Link
+from drive_bench import ASKED, bench, driven, each, Link
 from driver_bench import wait_for
 from held_up import held_up_since
 import pytest
@@ -12,7 +12,8 @@ from servo_rig_driver.can_bus.bus_opening import BusSettings
 from servo_rig_driver.emulated.rig_process import EmulatedRig
 
 
-@pytest.mark.parametrize('asked', ASKED)
+@pytest.mark.slow
+@pytest.mark.parametrize('asked', each(ASKED))
 def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
     with bench(asked, tmp_path) as made, bench(asked, tmp_path) as other:
         other.rig.stop()
@@ -43,7 +44,7 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
             serving.join(5.0)
 
 
-@pytest.mark.parametrize('asked', ASKED)
+@pytest.mark.parametrize('asked', each(ASKED))
 def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tmp_path):
     with bench(asked, tmp_path) as made:
         link = Link(made.channel, made.of)
@@ -65,7 +66,8 @@ def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tm
             link.link.close()
 
 
-@pytest.mark.parametrize('asked', ASKED)
+@pytest.mark.slow
+@pytest.mark.parametrize('asked', each(ASKED))
 def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_off(asked, tmp_path):
     with driven(asked, tmp_path) as (made, link):
         second = EmulatedRig(made.rig.rig_file, BusSettings('unix_bus', made.channel,
@@ -85,7 +87,7 @@ def test_a_second_drive_of_its_id_that_comes_later_is_named_and_both_are_left_of
             serving.join(5.0)
 
 
-@pytest.mark.parametrize('asked', ASKED)
+@pytest.mark.parametrize('asked', each(ASKED))
 def test_a_rig_that_comes_to_a_bus_with_another_of_its_id_leaves_and_says_why(asked, tmp_path,
                                                                              caplog):
     with driven(asked, tmp_path) as (made, link):

@@ -11,9 +11,9 @@ from scipy.linalg import expm
 
 from servo_rig_driver.emulated import rig_sampling
 from servo_rig_driver.emulated.emulated_bench import Bench, run
-from servo_rig_driver.emulated.maxwell_slip import over_the_turn
 from servo_rig_driver.emulated.rig_file import load_rig, rig_settings
 from servo_rig_driver.emulated.rig_properties import BY_PATH, PROPERTIES
+from servo_rig_driver.emulated.slip_elements import over_the_turn
 
 RIGS = Path(__file__).parents[2] / 'config' / 'rigs'
 PLAIN = load_rig(RIGS / 'rv_plain.yaml')

@@ -26,7 +26,7 @@ PYTHON = [sys.executable, '-m']
 HUB = [*PYTHON, 'servo_rig_driver.can_bus.can_hub']
 EMULATOR = [*PYTHON, 'servo_rig_driver.emulated.rig_process', '--rig', str(RIG), '--watchdog',
             str(WATCHDOG), '--channel']
-HEARTBEAT = 5.0  # s; as above: a node that is taken for lost is disabled at once, not in order
+HEARTBEAT = 3.0  # s; as above: a node that is taken for lost is disabled at once, not in order
 QUICK = {'block_size': 10, 'retry_period': 0.05, 'listen_time': 0.05,
          'heartbeat_timeout': HEARTBEAT}
 

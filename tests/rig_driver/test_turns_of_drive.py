@@ -4,7 +4,7 @@ from math import floor, isnan, pi
 import struct
 from time import sleep
 
-from drive_bench import bench, CONFIG, driven, Link
+from drive_bench import bench, CONFIG, driven, each, Link
 from driver_bench import DriverProcess, Listener, wait_for
 from made_device import made as made_device
 import pytest
@@ -62,9 +62,10 @@ def told(link):
     return link.column('motor_position')[-1] / link.of['device.ratio']
 
 
-@pytest.mark.parametrize(('name', 'law'), [
+@pytest.mark.slow
+@pytest.mark.parametrize(('name', 'law'), each([
     ('robstride', 'counts on'), ('robstride', 'goes round'), ('cybergear', 'counts on'),
-    ('cubemars', 'counts on')])
+    ('cubemars', 'counts on')]))
 def test_a_driver_that_starts_beside_a_shaft_beyond_the_range_lets_no_position_turn_it(
         name, law, tmp_path, monkeypatch):
     if law == 'goes round':

@@ -21,7 +21,7 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.linear.operating_point import usual_point
 from servo_twin.linear.state_space import linearise
-from servo_twin.physics.harmonic_drives import with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import with_harmonic_drive
 from servo_twin.physics.simulate import initial_state, simulate
 from servo_twin.recording.recording import Recording
 

@@ -18,7 +18,7 @@ from servo_studies.papers.paper_comparison import KEYS
 from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.description import servo_file
 from servo_twin.physics.fixed_inertia import with_fixed_inertia
-from servo_twin.physics.harmonic_drives import with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import with_harmonic_drive
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import Recording
 

@@ -7,7 +7,7 @@ tables of the package: the bus is an oracle.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 import itertools
 from pathlib import Path
@@ -19,14 +19,16 @@ from typing import Any
 from bus_listener import BusListener
 from driver_bench import wait_for
 import numpy as np
+import pytest
 
 from servo_rig_driver.can_bus.bus_opening import BusSettings, open_bus, Wire
 from servo_rig_driver.can_bus.can_hub import CanHub
 from servo_rig_driver.devices.drive_master import DriveMaster, DriveState
 from servo_rig_driver.devices.protocols import PROTOCOLS
 from servo_rig_driver.driver.driver_parameters import DECLARED, limits
+from servo_rig_driver.driver.paced_requests import LinkSettings
 from servo_rig_driver.driver.rig_health import RigHealth
-from servo_rig_driver.driver.rig_link import LinkSettings, RigLink
+from servo_rig_driver.driver.rig_link import RigLink
 from servo_rig_driver.driver.sampler import Sampler
 from servo_rig_driver.driver.setpoints import Mode, SetpointPlayer
 from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
@@ -47,7 +49,20 @@ NAMES = tuple(name for name in OVER_TEMPERATURE if name != 'cybergear')
 """One of each class; CyberGear is RobStride with another table."""
 ASKED = tuple(name for name in NAMES if name != 'canopen')
 """Drives that are asked for each sample."""
+SHORT = ('canopen', 'robstride')
+"""One drive that is joined by SYNC and one that is asked: `make test` takes these alone."""
 _channels = itertools.count()
+
+
+def each(drives: Iterable[Any]) -> list[Any]:
+    """
+    Return drives for a test to be parametrized by; `make test-long` takes those not SHORT.
+
+    A drive is a name, or a tuple that begins with one.
+    """
+    given = [one if isinstance(one, tuple) else (one,) for one in drives]
+    return [pytest.param(*one, marks=[] if one[0] in SHORT else [pytest.mark.long])
+            for one in given]
 
 
 def parameters(name: str, **changed: Any) -> dict[str, Any]:
@@ -60,8 +75,9 @@ def parameters(name: str, **changed: Any) -> dict[str, Any]:
         of |= driver_parameters(CONFIG / 'drivers' / f'{file}.yaml')
     if name == 'cybergear':
         of['device.table'] = 'cybergear'
+    silence = 3.0 if name == 'canopen' else 5.0  # a start waits for a quarter of it
     return of | {'retry_period': 0.1, 'listen_time': 0.05, 'fault_reset_pause': 0.1,
-                 'command_timeout': 0.2, 'heartbeat_timeout': 5.0, 'enable_after_loss': True,
+                 'command_timeout': 0.2, 'heartbeat_timeout': silence, 'enable_after_loss': True,
                  'device.watchdog': WATCHDOG} | changed
 
 
@@ -241,6 +257,14 @@ class Bench:
         self.rig.listens = 0.0  # there is no other rig
         self._serving = Thread(target=self.rig.serve, daemon=True)
         self._serving.start()
+        wait_for(self._booted, 'the drive has booted')
+
+    def _booted(self) -> bool:
+        try:
+            self.rig.between_frames(lambda: None)
+        except TimeoutError:
+            return False
+        return True
 
     def supply_off(self) -> None:
         """Let the drive lose its supply."""

@@ -172,10 +172,10 @@ def test_it_refuses_to_write_over_a_bag_or_without_samples(tmp_path):
 
 
 def test_a_bag_larger_than_the_memory_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    from servo_twin.bag import memory
+    from servo_twin.bag import fits_in_memory
     original = Recording('bench', 1e-3, {name: np.zeros(5000) for name in COLUMNS})
     write_recording(tmp_path / 'bag', original)
     assert len(read_recording(tmp_path / 'bag')) == 5000
-    monkeypatch.setattr(memory, 'free_memory', lambda: 1e5)
+    monkeypatch.setattr(fits_in_memory, 'free_memory', lambda: 1e5)
     with pytest.raises(BagError, match='GiB are free; record in parts'):
         read_recording(tmp_path / 'bag')

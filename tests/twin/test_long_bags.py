@@ -179,10 +179,10 @@ def test_a_replay_that_cannot_be_leaves_no_bag(tmp_path, capsys):
 
 
 def test_only_what_is_held_whole_must_fit_into_the_memory(monkeypatch, tmp_path):
-    from servo_twin.bag import memory
+    from servo_twin.bag import fits_in_memory
     bag = write_recording(tmp_path / 'bag', type(bench_recording(0.1))(
         'long', 1e-3, {name: np.zeros(200_000) for name in COLUMNS}))
-    monkeypatch.setattr(memory, 'free_memory', lambda: 1.5e7)
+    monkeypatch.setattr(fits_in_memory, 'free_memory', lambda: 1.5e7)
     with pytest.raises(BagError, match='GiB are free'):
         read_recording(bag)
     with open_recording(bag) as opened:

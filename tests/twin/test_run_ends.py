@@ -43,7 +43,7 @@ class Run:
         self.folder, self.ears = folder / 'bench', Listener(self.namespace, commands=False)
         driver = folder / 'driver.yaml'
         driver.write_text(CONFIG.read_text().replace('watchdog: 0.1 ', f'watchdog: {WATCHDOG} ')
-                          .replace('heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 5.0 '))
+                          .replace('heartbeat_timeout: 0.5 ', 'heartbeat_timeout: 3.0 '))
         self.shown = ''
         self.terminal, inside = pty.openpty()
         self.process = subprocess.Popen(

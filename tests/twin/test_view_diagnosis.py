@@ -4,10 +4,10 @@ import asyncio
 import json
 from threading import Event
 
-from servo_twin.view import diagnosis as module
-from servo_twin.view.diagnosis import Diagnosis
+from servo_twin.view import diagnosis_process as module
+from servo_twin.view.diagnosis_process import Diagnosis
 from servo_twin.view.traces import Traces
-from servo_twin.view.view import View
+from servo_twin.view.viewed import View
 
 
 class Browser:

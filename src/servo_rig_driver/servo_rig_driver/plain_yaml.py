@@ -20,7 +20,17 @@ kind, and what it is taken for: a ratio of 30:1 for 1801.
 
 def read_yaml(text: str) -> Any:
     """Return what YAML text holds; raises yaml.YAMLError that names the line."""
-    for node in _words(yaml.compose(text, yaml.SafeLoader)):
+    loader = yaml.SafeLoader(text)  # the one in C ends the process where a text nests too deeply
+    try:
+        tree = loader.get_single_node()
+        _refuse_doubtful(tree)
+        return None if tree is None else loader.construct_document(tree)
+    finally:
+        loader.dispose()
+
+
+def _refuse_doubtful(tree: yaml.Node | None) -> None:
+    for node in _words(tree):
         if node.tag.endswith(':int') and len(node.value) > LONGEST:
             raise yaml.YAMLError(f'line {node.start_mark.line + 1}: a whole number of '
                                  f'{len(node.value)} digits is more than a float64 holds')
@@ -29,7 +39,6 @@ def read_yaml(text: str) -> Any:
             raise yaml.YAMLError(f'line {node.start_mark.line + 1}: {node.value} would be read as '
                                  f'{taken}; write a plain number, true or false, or put quotes '
                                  'around a text')
-    return yaml.safe_load(text)
 
 
 def _words(node: Any) -> Iterator[yaml.ScalarNode]:

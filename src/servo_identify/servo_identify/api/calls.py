@@ -11,18 +11,18 @@ from servo_twin.description.shipped import servo_at
 from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
-from ..data.check import check as check_data
 from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
+from ..data.recording_check import check as check_data
 from ..data.rows_in_turn import check_turns
 from ..data.several_runs import long_enough, runs_of
 from ..data.split_stamps import with_whole_stamps
 from ..data.table_import import recording_of, with_left_out
 from ..fit.output_error import fit as fit_output_error
+from .answers import Answer, Checked, Fitted
 from .frames import in_memory, table_in
 from .recordings import named_apart, Recordings
-from .results import Answer, Checked, Fitted
 from .servo_text import ServoFile
 
 Machine = ServoFile | Servo | str | Path
@@ -140,7 +140,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
     recordings that cannot be judged, and for red findings of :func:`check` unless
     ``despite_check``; TypeError for data that were not read and a text in place of several names.
     """
-    from ..diagnose.diagnose import diagnose as diagnose_recordings
+    from ..diagnose.whole_diagnosis import diagnose as diagnose_recordings
 
     machine = _machine(servo)
     _several('without', without)

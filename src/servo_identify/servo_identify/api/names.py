@@ -14,7 +14,7 @@ from typing import Any
 NAMES = {
     'load_servo': '.calls', 'read': '.calls', 'check': '.calls', 'fit': '.calls',
     'diagnose': '.calls', 'ServoFile': '.servo_text', 'Recordings': '.recordings',
-    'Checked': '.results', 'Fitted': '.results', 'Answer': '.results',
+    'Checked': '.answers', 'Fitted': '.answers', 'Answer': '.answers',
 }
 """What the front door offers, and the module of this package that has it."""
 

@@ -26,7 +26,7 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.description import servo_file
     from servo_twin.description.given_values import defaults
 
-    from ..data.check import check
+    from ..data.recording_check import check
 
     servo = servo_file.load(arguments.servo)
     with ExitStack() as stack:

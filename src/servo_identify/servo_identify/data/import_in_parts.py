@@ -33,7 +33,7 @@ from .messages_in_parts import long_messages, NotInOrder
 from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
-from .rows_in_turn import check_turns
+from .rows_in_turn import in_turn
 from .run_labels import may_hold_runs
 from .split_stamps import pairs_of
 from .table import from_arrow, Table
@@ -76,7 +76,8 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
 
         def parts() -> Iterator[Columns]:
             for table in tables():
-                if may_hold_runs(table.columns) or pairs_of(table.columns) or _take_turns(table):
+                if (may_hold_runs(table.columns) or pairs_of(table.columns)
+                        or in_turn(table.columns)):  # of the whole it is said
                     raise NotPlain
                 again = list[str]()
                 yield plan.apply(table, machine, again) if plan else named_columns(
@@ -143,15 +144,6 @@ def _even_period(times: OnDisk, rows: int, wanted: float) -> float:
     follow = fits(own, wanted, rows) and all(
         follows(times.part(first, ROWS), start, own, first) for first in range(0, rows, ROWS))
     return own if follow else 0.0
-
-
-def _take_turns(table: Table) -> bool:
-    """Tell whether the rows of a part are of several machines in turn; of the whole it is said."""
-    try:
-        check_turns(table.path, table.columns)
-    except ValueError:
-        return True
-    return False
 
 
 def _untimed(parts: Iterator[Columns]) -> Iterator[Columns]:

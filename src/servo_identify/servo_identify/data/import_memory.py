@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from servo_twin.bag.memory import check_fits
+from servo_twin.bag.fits_in_memory import check_fits
 
 from .csv_layout import TEXTS
 from .message_files import count_of_messages, holds_messages

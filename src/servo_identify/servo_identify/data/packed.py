@@ -10,7 +10,7 @@ import tempfile
 from typing import IO
 from zipfile import BadZipFile, ZipFile, ZipInfo
 
-from servo_twin.bag.memory import check_fits
+from servo_twin.bag.fits_in_memory import check_fits
 
 from .import_memory import ADVICE, check_memory
 from .table import Table

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,10 +20,30 @@ APART = 5.0
 """Times as far as within a label a channel moves over all rows where these are of several."""
 
 
+class Turns(NamedTuple):
+    """The column that tells the machines of a table apart, and what it calls them."""
+
+    label: str
+    names: tuple[str, ...]
+
+
 def check_turns(path: Path, columns: Mapping[str, np.ndarray],
                 texts: Mapping[str, Sequence[Any]] | None = None) -> None:
+    """Raise ValueError where the rows are of several machines in turn."""
+    found = in_turn(columns, texts)
+    if found is not None:
+        shown = ', '.join(found.names[:4]) + (', ...' if len(found.names) > 4 else '')
+        raise ValueError(
+            f'{path}: its rows are of several machines in turn, which {found.label!r} tells apart '
+            f'({shown}): make a file of each, by pandas: for name, one in '
+            f'frame.groupby({found.label!r}): one.to_csv(f"{{name}}.csv"). Rows of one machine '
+            'are read without that column')
+
+
+def in_turn(columns: Mapping[str, np.ndarray],
+            texts: Mapping[str, Sequence[Any]] | None = None) -> Turns | None:
     """
-    Raise ValueError where a column tells rows of several machines apart, which follow in turn.
+    Return what tells rows of several machines apart, which follow in turn; None for one machine.
 
     Such a column holds few whole numbers, or ``texts``. A channel moves steadily behind each
     label, and jumps to and fro over all rows.
@@ -49,13 +69,8 @@ def check_turns(path: Path, columns: Mapping[str, np.ndarray],
             steady = np.nansum(within)
             if name != label and steady > 0.0 and across > APART * steady and np.any(
                     np.diff(column) < 0.0):
-                shown = ', '.join(str(one).removesuffix('.0') for one in names[:4])
-                shown += ', ...' if len(names) > 4 else ''
-                raise ValueError(
-                    f'{path}: its rows are of several machines in turn, which {label!r} tells '
-                    f'apart ({shown}): make a file of each, by pandas: for name, one in '
-                    f'frame.groupby({label!r}): one.to_csv(f"{{name}}.csv"). Rows of one machine '
-                    'are read without that column')
+                return Turns(label, tuple(str(one).removesuffix('.0') for one in names))
+    return None
 
 
 def _may_label(column: np.ndarray) -> bool:

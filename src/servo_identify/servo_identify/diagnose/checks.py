@@ -7,8 +7,8 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from ..data.check import SATURATED
 from ..data.finding import each_once, Finding
+from ..data.recording_check import SATURATED
 from ..data.survey import share_at_limit
 
 SHORTEST = 3.0  # s

@@ -16,7 +16,7 @@ from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over
 from .handover.curves import Part
 from .handover.handover import Handover
-from .handover.parts import friction_at_once, parts_of
+from .handover.hypothesis_effects import friction_at_once, parts_of
 from .mechanisms.hypothesis import Mechanism, UNKNOWN
 from .residuals.added_input import added_input
 from .selection.confidence import redrawn, Rival

@@ -11,10 +11,10 @@ from servo_twin.description import servo_file
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.recording import Recording
 
-from ..data.check import check
 from ..data.finding import Finding
 from ..data.plausibility import doubt_of_ratio
 from ..data.reading import read_recordings
+from ..data.recording_check import check
 from .asking import choose_columns, complete, not_asked_for, with_command
 from .files import mapping_text, servo_text
 from .given_columns import given_columns
@@ -23,9 +23,9 @@ from .joint_choice import choose_joint
 from .left_out import left_out, other_angles, reasons, remarks
 from .machine import flags, Machine
 from .next_step import UNUSED, what_it_tells
-from .noise import noise_of
 from .proposals import doubt_of_time, needs_mapping, Proposal, proposed, sampled_less_often
 from .questions import Ask
+from .sensor_noise import noise_of
 from .sources import Offered
 from .torques import as_currents, complete_drive
 from .turns import with_counter, with_signs, with_turns

@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 from servo_twin.physics.fixed_inertia import with_fixed_inertia
-from servo_twin.physics.harmonic_drives import HARMONIC_DRIVES, NAMES, with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import HARMONIC_DRIVES, NAMES, with_harmonic_drive
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 

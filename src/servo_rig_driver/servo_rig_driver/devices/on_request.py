@@ -19,8 +19,8 @@ from ..driver.sample_blocks import COLUMNS
 from .device import Answer, Device, Outcome
 from .doubled_ids import doubled, ECHO, PROMPT, QUIET, RESTLESS
 from .drive_master import DriveState, Order
+from .drive_reading import MOTOR, Reading
 from .drive_settings import DriveSettings
-from .reading import MOTOR, Reading
 
 NO_ANSWER = -1
 """The kind of a frame that a drive sends by itself, or that is not part of a sample."""

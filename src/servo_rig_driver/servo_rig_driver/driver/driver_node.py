@@ -49,8 +49,10 @@ from .command_sources import CommandSources
 from .encoder_leaps import EncoderLeaps
 from .health_report import Diagnoser
 from .limits import Limits, Mode
+from .link_states import NOT_DOWN
+from .paced_requests import LinkSettings
 from .rig_health import RigHealth
-from .rig_link import ForeignDriver, LinkSettings, NOT_DOWN, RigLink
+from .rig_link import ForeignDriver, RigLink
 from .sample_blocks import SampleBlock
 from .sampler import Sampler
 from .setpoints import SetpointPlayer

@@ -14,7 +14,7 @@ from math import asinh, cos, sin, sqrt
 
 import numba as nb
 
-from .maxwell_slip import MESH_REACHES
+from .slip_elements import MESH_REACHES
 
 ROUNDS = 8  # of Newton's iteration; one or two are taken
 

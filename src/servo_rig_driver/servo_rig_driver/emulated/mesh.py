@@ -14,7 +14,7 @@ from math import acos, cos, sin, sqrt, tan
 import numba as nb
 
 from .flexspline import flexspline
-from .maxwell_slip import MESH_REACHES
+from .slip_elements import MESH_REACHES
 
 PAIRS = 5
 STAGGER = (0.0, 0.15, 0.35, 0.6, 1.0)

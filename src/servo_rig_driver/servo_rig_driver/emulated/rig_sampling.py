@@ -15,7 +15,7 @@ from pathlib import Path
 import numba as nb
 
 from . import substeps
-from .current_loop import delayed
+from .motor_current import delayed
 from .rig_state import fresh_state
 
 __all__ = ['advance', 'answer', 'fresh_state', 'record']
@@ -159,8 +159,8 @@ def _compiled(sources):
 def _sources() -> str:
     folder = Path(__file__).parent
     digest = sha256()
-    for name in ('substeps', 'maxwell_slip', 'mesh', 'flexspline', 'coupled_mass', 'current_loop',
-                 'rig_state', 'rig_properties', 'rig_sampling'):
+    for name in ('substeps', 'slip_elements', 'mesh', 'flexspline', 'coupled_mass',
+                 'motor_current', 'rig_state', 'rig_properties', 'rig_sampling'):
         digest.update((folder / f'{name}.py').read_bytes())
     return digest.hexdigest()
 

@@ -12,16 +12,16 @@ from math import exp, pi, sin, sqrt
 
 import numba as nb
 
-from . import coupled_mass, current_loop, flexspline, maxwell_slip, mesh
-from .maxwell_slip import LOAD_REACHES, LOAD_SHARES, MOTOR_REACHES, MOTOR_SHARES
+from . import coupled_mass, flexspline, mesh, motor_current, slip_elements
 from .rig_state import RING
+from .slip_elements import LOAD_REACHES, LOAD_SHARES, MOTOR_REACHES, MOTOR_SHARES
 
-_slide = maxwell_slip.slide
-_load_budget, _motor_budget = maxwell_slip.load_budget, maxwell_slip.motor_budget
+_slide = slip_elements.slide
+_load_budget, _motor_budget = slip_elements.load_budget, slip_elements.motor_budget
 _wave_generator = flexspline.wave_generator
 _load_inertia, _turn_other = coupled_mass.load_inertia, coupled_mass.turn_other
-_viscous_slope, _age, _mesh = maxwell_slip.viscous_slope, maxwell_slip.age, mesh.mesh
-_advance_current, _motor_torque = current_loop.advance_current, current_loop.motor_torque
+_viscous_slope, _age, _mesh = slip_elements.viscous_slope, slip_elements.age, mesh.mesh
+_advance_current, _motor_torque = motor_current.advance_current, motor_current.motor_torque
 
 
 @nb.njit

@@ -23,7 +23,7 @@ from servo_twin.linear.frequency_response import estimate, extremes, Measured
 from servo_twin.linear.operating_point import usual_point
 from servo_twin.linear.state_space import LinearForm, linearise
 from servo_twin.physics.fixed_inertia import with_fixed_inertia
-from servo_twin.physics.harmonic_drives import with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import with_harmonic_drive
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 

@@ -18,7 +18,7 @@ import numpy as np
 from ..recording.parts import parts_of
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .bag_topics import COUPLED_COLUMN, COUPLED_FIELD, COUPLED_TOPIC, SAMPLE_TOPICS, TWIN_TOPICS
-from .memory import check_fits
+from .fits_in_memory import check_fits
 from .message_sources import open_source, Source
 from .rig_samples import RigSamples
 from .rig_topics import info_of, prefix_of, prefixes, present

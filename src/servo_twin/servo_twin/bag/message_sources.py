@@ -12,8 +12,8 @@ import numpy as np
 import yaml
 
 from .bag_writing import BagError
+from .fits_in_memory import check_fits
 from .mcap_reading import Channel, Chunk, DAMAGE, rows, Scan, scan
-from .memory import check_fits
 
 _LARGEST_RATIO = 1000  # of a chunk's size to its compressed one: a larger one is a damaged head
 _WINDOW = 10 * 10**9  # ns of messages that are read at once through rosbags

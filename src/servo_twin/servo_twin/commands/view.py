@@ -71,10 +71,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 async def _serve(arguments: argparse.Namespace, source, ending: Ending, scratch: Path) -> int:
-    from ..view.diagnosis import Diagnosis
+    from ..view.diagnosis_process import Diagnosis
     from ..view.faults import Faults
     from ..view.server import ADDRESS, serve
-    from ..view.view import View
+    from ..view.viewed import View
 
     over = asyncio.Event()
     loop = asyncio.get_running_loop()

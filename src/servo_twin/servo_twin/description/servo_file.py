@@ -19,7 +19,7 @@ from reprlib import repr as brief
 import yaml
 
 from ..physics.catalogue import find, names
-from ..physics.harmonic_drives import harmonic_drive, HARMONIC_DRIVES
+from ..physics.harmonic_drive_models import harmonic_drive, HARMONIC_DRIVES
 from ..physics.mechanisms.fmu import Fmu
 from ..physics.servo import (
     CONTROLLERS,

@@ -15,7 +15,7 @@ from typing import Any
 
 from ..physics.catalogue import find, names
 from ..physics.effect import Parameter
-from ..physics.harmonic_drives import HARMONIC_DRIVES
+from ..physics.harmonic_drive_models import HARMONIC_DRIVES
 from ..physics.servo import CONTROLLERS, DRIVES, MECHANISMS, SENSORS
 from ..physics.servo_parts import Correction
 from ..physics.straight_units import straightened

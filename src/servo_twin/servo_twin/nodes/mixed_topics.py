@@ -1,4 +1,4 @@
-"""Topics of one rig that several nodes publish: what they say is mixed, and nobody can tell it."""
+"""Topics that several nodes publish: what they say is mixed. The rig has its own."""
 
 from __future__ import annotations
 
@@ -14,14 +14,16 @@ def mixed(node: Node, topics: Iterable[str]) -> str:
     """
     Return in words which topics nodes of different names publish; empty where none.
 
-    Of two nodes of one name the later one ends (namesake.py), and one that was killed counts on.
+    A topic is named fully or as the node names it. Of two nodes of one name the later one ends
+    (namesake.py), and one that was killed counts on.
     """
-    told = []
-    for topic in topics:
-        names = {f'{one.node_namespace.rstrip("/")}/{one.node_name}'
-                 for one in node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
-                 if one.node_name != UNKNOWN}
-        if len(names) > 1:
-            told.append(f'{topic} is published by {sorted(names)}')
-    return (f'{", ".join(told)}: what they say is mixed; end all but one, or give each a '
-            'namespace of its own') if told else ''
+    found = [f'{topic} is published by {names}' for topic in topics
+             if len(names := _publishers(node, topic)) > 1]
+    return (f'{", ".join(found)}: what they say is mixed; end all but one, or give each a '
+            'namespace of its own') if found else ''
+
+
+def _publishers(node: Node, topic: str) -> list[str]:
+    infos = node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
+    return sorted({f'{one.node_namespace.rstrip("/")}/{one.node_name}' for one in infos
+                   if one.node_name != UNKNOWN})

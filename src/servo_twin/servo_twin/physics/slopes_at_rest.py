@@ -9,7 +9,7 @@ from types import FunctionType, SimpleNamespace
 from numba.core.dispatcher import Dispatcher
 import numpy as np
 
-from .dahl import built_up
+from .dahl_state import built_up
 from .effect import Effect
 from .maxwell_slip import slipped
 from .servo import Placed, Servo

@@ -23,7 +23,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from ..pages import plotting
 from .source import Refused
-from .view import View
+from .viewed import View
 
 ADDRESS = '127.0.0.1'
 SCRIPTS = ('link.js', 'time_plots.js', 'chain.js', 'panels.js', 'control.js', 'view.js')

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .builder import Builder
-from .friction import over_speed
 from .hypothesis import Form, Hypothesis, Mechanism
+from .shaft_friction import over_speed
 from .shape_search import SHAPES
 
 PEAKS = (0.05, 0.7)  # shares of the top speed between which the peak must lie to be seen

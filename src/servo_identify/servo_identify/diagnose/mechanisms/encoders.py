@@ -13,9 +13,9 @@ from ..residuals.motion import shifted
 from .builder import Builder
 from .clocks import delay_by, late_reading, smooth_angle
 from .drive import delay_of_command, DELAYS, SHARES
-from .friction import shaft_equation
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .orders import periodic, waves
+from .shaft_friction import shaft_equation
 from .shape_search import SHAPES
 
 ENCODERS = ('motor_position', 'load_position')

@@ -16,12 +16,12 @@ from .controller import controller_of
 from .dahl import dahl
 from .drive import drive_of
 from .eddy_brake import eddy_brake
-from .friction import friction_of
 from .hypothesis import Hypothesis, OUTSIDE, UNKNOWN
 from .in_time import in_time
 from .next_joint import next_joint
 from .patterns import patterns_of
 from .readings import readings_of
+from .shaft_friction import friction_of
 from .torque import torque_of
 from .transmission import transmission_of
 from .user_effects import user_effects_of

@@ -6,7 +6,7 @@ from numba import njit
 import numpy as np
 from scipy.signal import lfilter
 
-from servo_twin.physics.dahl import built_up
+from servo_twin.physics.dahl_state import built_up
 
 LOOPS = (0.05, 0.12, 0.3, 0.7)
 """Shares of the largest torque over which a loop may close: one that never does is elastic."""

@@ -10,10 +10,10 @@ from scipy.optimize import minimize
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import bridged
 from .builder import Builder
-from .friction import shaft_equation
 from .hypothesis import Form, Hypothesis, Mechanism, Series
 from .memory import relaxation, resonator
 from .orders import periodic, waves
+from .shaft_friction import shaft_equation
 from .shape_search import SHAPES, taken
 
 HANGING = ((1.0,), (1.0, 2.0, 3.0))  # orders of a weight, and of one that is balanced or linked

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from servo_twin.pages.plotting import COLOURS, LICENCE, plotting, STYLE
 from servo_twin.pages.plotting import SCRIPTS as SHARED
 
-from . import tables
+from . import page_tables as tables
 from .causes import causes
 from .chain import chain
 from .packed_series import packed_equation, packed_series

@@ -13,10 +13,10 @@ from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.motion_evaluation import EVALUATED, MOTION
 from servo_twin.physics.servo import Servo
 
-from .driven_current import drive_current, moving_between, there_and_around
 from .loop_output import commanded, integral_at_start
 from .measured import Measured
 from .motion import bridged, Motion, motion_of, shifted
+from .shown_current import drive_current, moving_between, there_and_around
 from .test_function import TestFunction
 
 SENSOR_ROUNDS = 3  # a sensor effect is small against its reading: three rounds invert it

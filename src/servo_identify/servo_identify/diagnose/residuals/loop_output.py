@@ -12,9 +12,9 @@ from scipy.optimize import minimize_scalar
 from servo_twin.physics.kernel import fresh_state, kernel_of
 from servo_twin.physics.servo import Servo
 
-from .driven_current import between_rows, TURNS
 from .measured import Measured
 from .motion import bridged
+from .shown_current import between_rows, TURNS
 
 Angles = tuple[np.ndarray, np.ndarray]
 SMALL = 1e-3  # of a command, by which it is shaken to see whether it is at its limit

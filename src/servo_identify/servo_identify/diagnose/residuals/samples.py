@@ -13,12 +13,12 @@ from servo_twin.recording.recording import Recording
 
 from ..decisions import OPEN, PRACTICAL
 from .doubt import doubt_about
-from .driven_current import drive_current
 from .equation_errors import EquationErrors
 from .measured import measure
 from .motion import Motion
 from .residual_noise import propagated_noise, signal_of
 from .sampling_instants import Columns, sampling_columns
+from .shown_current import drive_current
 from .test_function import TestFunction
 
 LARGEST = 1e5  # a model that runs away moves a residual by no more than this

@@ -121,7 +121,7 @@ def _compiled(sources):
 
 def _sources() -> str:
     folder, digest = Path(__file__).parent, sha256()
-    for file in (*sorted(folder.glob('*.py')), folder.parent / 'maxwell_slip.py'):
+    for file in (*sorted(folder.glob('*.py')), folder.parent / 'slip_elements.py'):
         digest.update(file.read_bytes())
     return digest.hexdigest()
 

@@ -17,7 +17,7 @@ from math import asinh, cos, exp, log1p, pi, sin, sqrt
 
 import numba as nb
 
-from ..maxwell_slip import slide
+from ..slip_elements import slide
 
 _slide = slide
 SHARES = (0.4, 0.35, 0.25)

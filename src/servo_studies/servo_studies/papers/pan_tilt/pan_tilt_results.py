@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_identify.jobs.harmonic_drive_ranking import LINEAR, Ranked, ranked
 from servo_identify.learn.free_run import EDGE, free_runs, speed_of
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.physics.fixed_inertia import with_fixed_inertia
-from servo_twin.physics.harmonic_drives import NAMES, with_harmonic_drive
+from servo_twin.physics.harmonic_drive_models import NAMES, with_harmonic_drive
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 

@@ -1,6 +1,6 @@
 """Friction that builds up with travel after each reversal (Dahl)."""
 
-from ..dahl import built_up
+from ..dahl_state import built_up
 from ..effect import Parameter
 from ..ports import Torque
 

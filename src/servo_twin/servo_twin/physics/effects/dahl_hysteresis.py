@@ -1,6 +1,6 @@
 """A transmission whose loops are rounded: its torque bends over after each reversal (Dahl)."""
 
-from ..dahl import built_up
+from ..dahl_state import built_up
 from ..effect import Parameter
 from ..ports import Mesh
 

@@ -11,10 +11,10 @@ from servo_twin.description.given_values import defaults
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
-from ..data.check import check as check_data
-from ..data.check import replicates
 from ..data.finding import Finding as Said
 from ..data.finding import refusal
+from ..data.recording_check import check as check_data
+from ..data.recording_check import replicates
 from ..experiment.reach_limits import check_reach
 from .answer.evidence import Evidence
 from .answer.experiments import next_experiment

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from tornado.ioloop import PeriodicCallback
 
-from .diagnosis import Diagnosis
+from .diagnosis_process import Diagnosis
 from .faults import Faults
 from .looker import is_number, Looker
 from .source import Refused, Source
