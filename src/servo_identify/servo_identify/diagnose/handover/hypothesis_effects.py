@@ -58,13 +58,12 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         if _follow_not(found, whole, parts):
             parts = [_bent(found, whole)]
         return _nameable(parts, whole, without)
-    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 4 and not whole.way:
-        level, slope = amplitudes.reshape(2, 2).mean(axis=1)  # what both directions have
-        both, way = level + slope * curve.x, float(np.sign(curve.mean()))
-        if curve.size(way * curve.y - both) < FORM * curve.size():  # as much as both have more
-            return [replace(whole, way=way, curve=curve.share(way * curve.y + both))]
-        named = {'coulomb_friction': np.full(len(curve.x), level),
-                 'viscous_friction': slope * curve.x, 'asymmetric_friction': curve.y}
+    elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
+        level, way = amplitudes[2], float(np.sign(curve.mean()))
+        if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
+            return [replace(whole, way=way, curve=curve.share(way * curve.y + level))]
+        named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
+                 'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
         named = over_load(curve, _own(found, one.mechanism.site))
     elif one.mechanism.name == 'position_dependent_friction':

@@ -96,28 +96,27 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
 
 def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
     """
-    Friction whose level, and growth, differ by direction: about the same mean, or in each alone.
+    Friction whose level, and growth, differ by direction, about the same mean or another.
 
-    No direction has less than none: it would drive, as a weight does.
+    About the same mean no direction has less than none: it would drive.
     """
     mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    top = builder.scales.top(f'{site}_speed')
-    most = builder.rubbing(site, lambda one: _speed(one, site), np.array([0.0, top]))
-    room = np.array([most.max(), most[1] / top if top > 0.0 else 0.0])
-    if not level:
-        form = over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x)))
-        return builder.hypothesis(
-            mechanism, builder.place(f'{site}_torque', lambda one: -form.shape(form.of(one))),
-            [0, 0], form=form, room=(-room, room))
-    form = over_speed(site, lambda x: 0.5 * np.column_stack((np.ones(len(x)), -np.ones(len(x)),
-                                                             x, -x)))
+    form = over_speed(site, lambda x: np.column_stack(
+        (np.ones(len(x)), x, *[np.zeros(len(x))] * level)))
 
     def torque(one: EquationErrors) -> np.ndarray:
-        there = np.column_stack([way * (one.motion.direction == way) for way in (1.0, -1.0)])
-        return -np.hstack((there, there * _speed(one, site)[:, None]))
+        shape = form.shape(form.of(one))
+        if level:
+            shape[:, 2] = one.motion.direction
+        return -shape
 
-    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque), [0] * 4,
-                              form=form, room=(-np.repeat(room, 2), np.inf))
+    most = np.inf
+    if not level:
+        most = float(builder.rubbing(site, lambda one: _speed(one, site), np.zeros(1))[0])
+    return builder.hypothesis(
+        mechanism, builder.place(f'{site}_torque', torque), [0] * (2 + level), form=form,
+        room=(np.array([-most, *[-np.inf] * (1 + level)]),
+              np.array([most, *[np.inf] * (1 + level)])))
 
 
 def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
