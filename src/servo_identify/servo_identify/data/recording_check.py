@@ -35,7 +35,6 @@ SHORTEST = 1.0  # s
 LOST = 0.01  # share of samples without a number from which on it is said
 PURPOSES = 3  # a diagnosis selects, accepts and reports, each on a recording of its own
 SATURATED = 0.6  # share of samples at the largest command
-FOLDED = 0.25  # times a magnitude is zero again, at least, for each change of sign of the command
 EXCITED = 0.02  # share of the torque that a term must explain to be found from a recording
 WEIGHTS = ('gravity', 'constant_torque')
 """Effects that measure the torque of a motor, where the servo file knows their size."""
@@ -124,8 +123,7 @@ def _signs(one: Survey) -> list[Finding]:
                         'command changes: nothing was measured.',
                         'look at the sensor, or leave the column out')]
     small, little = ONE_SIGN * (most - least), ONE_SIGN * (highest - lowest)
-    folded = min(abs(least), abs(most)) < small and one.touches >= FOLDED * one.crossings
-    if lowest < -little < little < highest and folded:
+    if lowest < -little < little < highest and min(abs(least), abs(most)) < small:
         return [Finding('amber', f'{one.name}: the current never changes its sign while the '
                         'command does: is it a magnitude, or that of the supply?',
                         'record the current of the motor with its sign')]

@@ -13,7 +13,6 @@ from servo_twin.recording.recording import COLUMNS, Recording
 
 from .fill_values import fill_value_of, without
 from .long_bags import Long
-from .one_sign import crossings, touches
 from .signals import ANGLES, TURN
 
 FEWEST_COUNTS = 20  # whole numbers in an angle from which on they are counts
@@ -34,9 +33,7 @@ class Survey:
     rad, of those that jump back by it. ``jumps`` tells of another angle how often it jumps within
     a sample, and after how many s first. ``still`` of ``parts`` show no motion. ``command`` and
     ``current`` are their least and largest value. ``at_limit`` is the share of commands at the
-    servo's limit. ``touches`` and ``crossings`` say how often the current comes back to zero, and
-    the command changes its sign. ``fills`` are numbers that stand for none, and in how many rows,
-    by channel.
+    servo's limit. ``fills`` are numbers that stand for none, and in how many rows, by channel.
     """
 
     name: str
@@ -54,8 +51,6 @@ class Survey:
     command: tuple[float, float]
     current: tuple[float, float]
     at_limit: float
-    touches: int
-    crossings: int
     fills: dict[str, tuple[float, int]]
 
     @property
@@ -74,7 +69,7 @@ def survey(one: Long, servo: Servo) -> Survey:
     known, whole, counts = Counter[str](), dict.fromkeys(ANGLES, True), set[str]()
     wrapped, ranges = dict[str, float](), dict.fromkeys(('voltage', 'current'), (np.inf, -np.inf))
     jumps, ends = dict[str, tuple[int, float]](), dict.fromkeys(ANGLES, np.empty(0))
-    still = at_limit = parts = touched = crossed = 0
+    still = at_limit = parts = 0
     fills = dict[str, tuple[float, int]]()
     limit = limit_of(servo)
     for part in parts_of(one):
@@ -101,8 +96,6 @@ def survey(one: Long, servo: Servo) -> Survey:
             x = part[name][np.isfinite(part[name])]
             ranges[name] = (float(np.min(x, initial=least)), float(np.max(x, initial=most)))
         at_limit += _at_limit(part, limit)
-        touched += touches(part['current'])
-        crossed += crossings(part['voltage'])
     return Survey(
         one.name, one.start, one.period, len(one), one.warnings, parts, still,
         frozenset(name for name in COLUMNS if known[name]),
@@ -110,7 +103,7 @@ def survey(one: Long, servo: Servo) -> Survey:
         tuple(name for name in ANGLES if whole[name] and name in counts),
         wrapped, jumps,
         ranges['voltage'], ranges['current'],
-        at_limit / max(1, known['voltage']), touched, crossed, fills)
+        at_limit / max(1, known['voltage']), fills)
 
 
 def wrapped_in(part: Recording, servo: Servo) -> dict[str, float]:
