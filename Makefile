@@ -7,8 +7,8 @@ SHELL := /bin/bash
 WITH_ENV := . ./env.sh &&
 # Tests start hundreds of processes, which are to find their modules compiled, whatever the shell says.
 PYTEST := PYTHONDONTWRITEBYTECODE= python -m pytest
-# One more than two processors: tests of processes wait for most of their time.
-WORKERS ?= 3
+# One to a processor: beside more a browser starts too late.
+WORKERS ?= 2
 DATA ?= $(wildcard ../shared/data)
 
 help:     ## say what can be made
@@ -27,7 +27,7 @@ run: setup  ## drive, twin, record and replay the emulated bench, then diagnose 
 demo: setup  ## leave an effect out of a twin, record, diagnose: the answer beside the truth
 	@$(WITH_ENV) bash tools/demonstrate.sh
 
-test: training  ## run the tests but the long ones; WORKERS=3, ARGS=... goes to pytest
+test: training  ## run the tests but the long ones; WORKERS=2, ARGS=... goes to pytest
 	@$(WITH_ENV) $(PYTEST) tests -n $(WORKERS) --dist worksteal -m 'not long' $(ARGS)
 
 test-long: training  ## run the tests that take ten seconds and more, and all drives; some twenty-five minutes

@@ -29,7 +29,7 @@ FAMILIES = {
 
 def main() -> None:
     seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 30.0
-    from servo_identify.diagnose.whole_diagnosis import diagnose
+    from servo_identify.diagnose.diagnose import diagnose
     from servo_studies.blind_check.fault_tables import config_folder
     from servo_studies.blind_check.rig_recordings import make_bags
     from servo_twin.bag import read_recording

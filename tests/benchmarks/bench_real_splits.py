@@ -146,7 +146,7 @@ def splits(machine: Machine, count: int) -> Iterator[tuple[list[Recording], ...]
 def answered(folder: Path, number: int, turn: int, count: int) -> tuple[str, str]:
     """Return (first, in a set of two, listed, missed or refused; what was said) of one split."""
     from servo_identify.diagnose.checks import CannotDiagnose
-    from servo_identify.diagnose.whole_diagnosis import diagnose
+    from servo_identify.diagnose.diagnose import diagnose
 
     machine = machines(folder)[number]
     select, accept, report = list(splits(machine, count))[turn]

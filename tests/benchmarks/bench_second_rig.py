@@ -153,7 +153,7 @@ def diagnosed(case: Case) -> tuple[Case, str, list[str]]:
     import yaml
 
     from servo_identify.diagnose.checks import CannotDiagnose
-    from servo_identify.diagnose.whole_diagnosis import diagnose
+    from servo_identify.diagnose.diagnose import diagnose
     from servo_studies.blind_check.case_outcome import judged
     from servo_twin.description import servo_file
     from servo_twin.recording.recording import Recording

@@ -24,7 +24,7 @@ from servo_studies.third_rig.fault_cases import cases, KINDS
 def diagnosed(case: Case) -> tuple[str, list[str]]:
     """Return a word for the answer to a case, and what it said."""
     from servo_identify.diagnose.checks import CannotDiagnose
-    from servo_identify.diagnose.whole_diagnosis import diagnose
+    from servo_identify.diagnose.diagnose import diagnose
     from servo_twin.description import servo_file
     from servo_twin.recording.recording import Recording
 

@@ -14,7 +14,7 @@ from servo_identify.api.calls import read
 from servo_identify.data import long_bags
 from servo_identify.data.long_bags import LONGEST
 from servo_identify.data.reading import open_one, read_one
-from servo_identify.diagnose import whole_diagnosis as module
+from servo_identify.diagnose import diagnose as module
 from servo_identify.learn.transmission.two_way_backlash import measured_play
 from servo_twin.bag import BagError, RecordingWriter
 from servo_twin.description.servo_file import load

@@ -8,10 +8,10 @@ import pytest
 from synthetic_recordings import run_of
 from test_selection import recorded, SERVO
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.by_recording import between, within_one
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description.servo_file import loads
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_selection import named_by_equations
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate
 from servo_twin.recording.recording import COLUMNS, Recording

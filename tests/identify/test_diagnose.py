@@ -12,13 +12,13 @@ from synthetic_recordings import PERIOD, sampled
 
 from servo_identify.diagnose.answer.patch import patched
 from servo_identify.diagnose.checks import CannotDiagnose, usable
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.orders import strongest
 from servo_identify.diagnose.residuals.noise import count_of, noise_of
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.residuals.test_function import TestFunction
 from servo_identify.diagnose.selection.bounded_least_squares import bounded
 from servo_identify.diagnose.splitting import split
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed

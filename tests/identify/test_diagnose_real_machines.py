@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from servo_identify.data.table_import import import_table
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_twin.bag import write_recording
 from servo_twin.cli import main as twin
 from servo_twin.description import servo_file

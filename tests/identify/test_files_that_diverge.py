@@ -3,9 +3,9 @@
 import pytest
 from test_selection import recorded, SERVO, with_effect
 
-from servo_identify.diagnose import whole_diagnosis as diagnosing
+from servo_identify.diagnose import diagnose as diagnosing
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.handover.simulated_gap import Diverged
-from servo_identify.diagnose.whole_diagnosis import diagnose
 
 
 @pytest.mark.long

@@ -96,11 +96,11 @@ def test_its_page_names_what_there_is():
 
 
 def test_fit_and_diagnose_are_functions_and_stay_packages():
-    for name in ('servo_identify.diagnose.whole_diagnosis', 'servo_identify.fit.estimate'):
+    for name in ('servo_identify.diagnose.diagnose', 'servo_identify.fit.estimate'):
         import_module(name)
     assert callable(si.fit) and callable(si.diagnose)
     assert si.fit.estimate is sys.modules['servo_identify.fit.estimate']
-    assert si.diagnose.diagnose is sys.modules['servo_identify.diagnose.whole_diagnosis']
+    assert si.diagnose.diagnose is sys.modules['servo_identify.diagnose.diagnose']
 
 
 @pytest.mark.parametrize('call', ['load_servo', 'read', 'check', 'fit', 'diagnose'])
@@ -213,7 +213,7 @@ sys.meta_path.insert(0, Absent())
 import servo_identify as si
 servo = si.load_servo({str(path)!r})
 print(si.check(si.read({str(tmp_path / 'bag')!r}, servo), servo))
-import servo_identify.diagnose.whole_diagnosis
+import servo_identify.diagnose.diagnose
 """
     said = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True)
     assert said.returncode == 0, said.stderr

@@ -141,7 +141,7 @@ def test_a_file_of_jobs_names_a_mapping_by_which_its_tables_are_read(run, tmp_pa
     assert init(data, tmp_path, '--joint', 'wrist', '--si', '--column',
                 'load_position=wrist_pos:rad') == 0
     seen = []
-    monkeypatch.setattr('servo_identify.diagnose.whole_diagnosis.diagnose', lambda read, servo: (
+    monkeypatch.setattr('servo_identify.diagnose.diagnose.diagnose', lambda read, servo: (
         seen.append(read), exec('raise ValueError("enough")')))
     with pytest.raises(ValueError, match='enough'):
         diagnosed(str(tmp_path / 'new' / 's.yaml'), [str(data)], str(tmp_path / 'answer'),

@@ -7,9 +7,9 @@ import pytest
 from scipy.signal import lfilter
 from test_selection import named_by_equations
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.shape_search import best_shape, best_shapes
 from servo_identify.diagnose.residuals.samples import residual_samples
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed

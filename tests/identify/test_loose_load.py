@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from synthetic_recordings import run_of
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.builder import Builder
 from servo_identify.diagnose.mechanisms.loose_load import loose_load
 from servo_identify.diagnose.residuals.nuisance import nuisance_of
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 
 ROTOR, LOAD, RATIO, CONSTANT, RUBS = 2e-5, 0.1, 50.0, 0.1, 0.6

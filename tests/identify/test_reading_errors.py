@@ -7,8 +7,8 @@ import pytest
 from scipy.signal import lfilter
 from test_selection import named_by_equations, recorded, SERVO, with_effect
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.orders import strongest
-from servo_identify.diagnose.whole_diagnosis import diagnose
 
 TORQUE = ('torque_sensor_offset', 'torque')
 MOTOR = ('motor_encoder_eccentricity', 'motor_position')

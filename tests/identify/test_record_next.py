@@ -8,7 +8,7 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.data.reading import read_recordings
 from servo_identify.diagnose.answer.experiments import _other, _told
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.experiment.next_command import next_command
 from servo_twin.description.servo_file import load
 from servo_twin.description.shipped import servo_at

@@ -3,8 +3,8 @@
 import pytest
 from test_selection import named_by_equations, recorded, SERVO, without
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms import user_effects
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.physics import catalogue
 from servo_twin.physics.catalogue import find, register
 from servo_twin.physics.servo import Placed

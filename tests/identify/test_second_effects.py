@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_selection import named_by_equations
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.hypothesis import Columns, EXTERNAL, Hypothesis, Mechanism
 from servo_identify.diagnose.mechanisms.in_time import same_swing
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import COLUMNS, Recording
 
@@ -116,7 +116,7 @@ def test_a_second_effect_that_comes_and_goes_with_the_recordings_is_a_warning(mo
         both = {brake.key: brake, weight.key: weight}
         return [both] * named + [{brake.key: brake}] * (4 - named)
 
-    monkeypatch.setattr('servo_identify.diagnose.whole_diagnosis.halves', halves)
+    monkeypatch.setattr('servo_identify.diagnose.diagnose.halves', halves)
     report = diagnose(several[:1], BRAKED, several[1:2], several[2:]).report
     told = 'gravity' in {one.effect for one in report.which}
     warned = any(one.startswith('Gravity at the load shaft may act too: 25 %')

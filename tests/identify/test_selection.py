@@ -13,6 +13,7 @@ from servo_identify.diagnose.answer.row_instants import (
     split_as_acted,
     told_late,
 )
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.hypothesis import Mechanism
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.confidence import preferred, Rival, surer
@@ -20,7 +21,6 @@ from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.selection.regression import Products
 from servo_identify.diagnose.selection.stability import instead, share_of
 from servo_identify.diagnose.splitting import Split
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed

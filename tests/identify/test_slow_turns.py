@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import COLUMNS, Recording
 

@@ -9,9 +9,9 @@ from synthetic_recordings import PERIOD, sampled
 from test_one_motor import HOBBY
 from test_selection import SERVO, with_effect
 
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.handover.added import Added
 from servo_identify.diagnose.handover.held_values import surer
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 

@@ -7,7 +7,7 @@ import pytest
 from synthetic_recordings import PERIOD, sampled
 from test_selection import SERVO, with_effect
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 
 PERIOD_OUTSIDE, SIZE = 0.2326, 25.0  # s, N m
 

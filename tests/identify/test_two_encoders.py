@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from servo_identify.diagnose.checks import CannotDiagnose, usable
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import Recording
 

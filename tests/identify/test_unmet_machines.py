@@ -15,6 +15,7 @@ from test_selection import (
 )
 
 from servo_identify.data.table_import import import_table
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.builder import Builder
 from servo_identify.diagnose.mechanisms.every_hypothesis import hypotheses_of
 from servo_identify.diagnose.mechanisms.orders import strongest
@@ -22,7 +23,6 @@ from servo_identify.diagnose.residuals.noise import count_of, of_encoders, one_c
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import split
-from servo_identify.diagnose.whole_diagnosis import diagnose
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.physics.catalogue import find

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_selection import recorded, SERVO
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 

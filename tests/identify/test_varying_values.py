@@ -7,7 +7,7 @@ import pytest
 from synthetic_recordings import PERIOD, sampled
 from test_selection import diagnosed, named_by_equations, recorded, SERVO, with_effect, without
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
 from servo_twin.physics.simulate import initial_state, inputs_of, simulate

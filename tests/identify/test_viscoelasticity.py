@@ -3,7 +3,7 @@
 import pytest
 from test_selection import named_by_equations, recorded, SERVO, with_effect, without
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 
 STIFFNESS = SERVO.numbers['mechanism.stiffness']
 CREEPS = with_effect('viscoelasticity', 'mesh', stiffness=0.25 * STIFFNESS, time=0.08)

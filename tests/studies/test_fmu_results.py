@@ -6,7 +6,7 @@ import pytest
 
 from servo_identify.cli import main
 from servo_studies.papers.feed_drive.feed_results import sine
-from servo_studies.papers.fmu_screw import beside, brought, comparison_rows, PUSHED, two_inertias
+from servo_studies.papers.fmu import beside, brought, comparison_rows, PUSHED, two_inertias
 from servo_studies.papers.paper_systems import SYSTEMS
 from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at

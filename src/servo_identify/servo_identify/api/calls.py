@@ -140,7 +140,7 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
     recordings that cannot be judged, and for red findings of :func:`check` unless
     ``despite_check``; TypeError for data that were not read and a text in place of several names.
     """
-    from ..diagnose.whole_diagnosis import diagnose as diagnose_recordings
+    from ..diagnose.diagnose import diagnose as diagnose_recordings
 
     machine = _machine(servo)
     _several('without', without)

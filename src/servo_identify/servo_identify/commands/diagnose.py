@@ -124,8 +124,8 @@ def main(arguments: argparse.Namespace) -> int:
 def _diagnosed(arguments: argparse.Namespace, servo, console: Console):
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from ..diagnose.diagnose import diagnose
     from ..diagnose.stages import STAGES
-    from ..diagnose.whole_diagnosis import diagnose
 
     with Progress(TextColumn('{task.description:<16}'), BarColumn(), TimeElapsedColumn(),
                   console=console, disable=arguments.quiet) as progress:

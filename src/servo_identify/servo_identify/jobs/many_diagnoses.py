@@ -79,8 +79,8 @@ def diagnosed(servo: str, bags: list[str], folder: str, mapping: str | None = No
     from servo_twin.description import servo_file
 
     from ..data.reading import read_looked_at
+    from ..diagnose.diagnose import diagnose
     from ..diagnose.diagnosis_files import write_diagnosis
-    from ..diagnose.whole_diagnosis import diagnose
 
     given, text = servo_file.load(servo), Path(servo).read_text()
     found = diagnose(read_looked_at(bags, servo, mapping), given)

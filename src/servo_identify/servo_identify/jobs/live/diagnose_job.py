@@ -12,9 +12,9 @@ import sys
 from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
 
+from ...diagnose.diagnose import diagnose
 from ...diagnose.diagnosis_files import write_diagnosis
 from ...diagnose.stages import STAGES
-from ...diagnose.whole_diagnosis import diagnose
 from .job_process import refused, report
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.experiment.procedures import Choices, PROCEDURES
 from servo_identify.fit.output_error import fit
 from servo_identify.learn.free_run import free_runs

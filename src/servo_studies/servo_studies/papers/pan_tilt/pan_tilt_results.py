@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from servo_identify.diagnose.whole_diagnosis import diagnose
+from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.jobs.harmonic_drive_ranking import LINEAR, Ranked, ranked
 from servo_identify.learn.free_run import EDGE, free_runs, speed_of
 from servo_twin.description import servo_file
