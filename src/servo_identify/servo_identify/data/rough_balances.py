@@ -34,6 +34,7 @@ SAME = 0.1  # of the logarithm of what is 1 where two channels tell the same
 FRICTION_GIVEN = 1.5  # of the logarithm of a friction that the servo file gives
 OPEN = 0.03  # share of what is seen that a missing effect may leave, squared: a friction, a spring
 OPEN_WINDING = 0.0025  # the same of a winding, 5 % squared: its warmth, a dead band, a sag
+EVENLY = 0.05  # share of its mean by which a speed varies that a loop holds
 SPRINGS = (SpringLoad, RelaxingSpring, TorqueOverAngle)  # effects that act as a spring does
 
 
@@ -164,7 +165,8 @@ def _torques(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
                            level / ratio)
         own = RoughBalance('torque', seen - pushed / ratio, terms, *_place(
             factor * plain[angle] / ratio, servo))
-        yield own
+        if not _evenly(at.speed[angle]):
+            yield own
         if 'torque' in plain:
             motor = _resisting(at, angle, factor, rotor_of(servo), 0.0, 0.0)
             yield RoughBalance('sensor', plain['torque'] / ratio, {
@@ -177,6 +179,15 @@ def _torques(at: Signals, servo: Servo) -> Iterator[RoughBalance]:
         terms = _resisting(at, angle, per, values['mechanism.load_inertia'], viscous, level)
         yield RoughBalance('load', plain['torque'] - pushed, terms,
                            *_place(per * plain[angle], servo))
+
+
+def _evenly(speed: np.ndarray) -> bool:
+    """
+    Tell whether a loop holds a speed: then what accelerates the shaft is what the file lacks.
+
+    So its inertia says nothing of a torque: cogging would have it in any unit.
+    """
+    return float(np.std(speed)) < EVENLY * abs(float(np.mean(speed)))
 
 
 def _resisting(at: Signals, angle: str, factor: float, inertia: float, viscous: float,
