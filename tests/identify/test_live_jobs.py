@@ -177,13 +177,5 @@ def test_it_goes_back_only_from_a_servo_file_that_is_worse():
     models.loaded('third', 'second', 2000)
     assert models.judged(10.0, 12.0, {'motor': (9.0, 9.0), 'load': (11.0, 14.0)}, 60.0)
     assert models.sentence.endswith('worst is load')
-    models.returned('second', 'third', 'it is worse')
+    models.returned('it is worse')
     assert (models.running, models.previous, models.returns) == ('second', 'third', 1)
-
-
-def test_nothing_is_on_trial_once_the_twin_runs_something_else():
-    models = Models('first', 0.02)
-    models.loaded('second', 'first', 1000)
-    models.heard('of another')
-    assert models.trial is None
-    assert (models.running, models.previous) == ('of another', 'second')

@@ -182,9 +182,8 @@ class Jobs(Node):
         """Have the twin run the file before; raises ValueError when it does not."""
         if not self.models.previous:
             raise ValueError('there is no servo file to go back to: none was loaded from here')
-        back = self.models.previous
-        answer = self._ask(back)
-        self.models.returned(back, answer.previous, why)
+        answer = self._ask(self.models.previous)
+        self.models.returned(why)
         self._loaded()
         return answer.message
 
@@ -206,8 +205,6 @@ class Jobs(Node):
                 said = job.reports()
                 if not said:
                     raise ValueError(job.last_words())
-            if self.models.trial is not trial:
-                raise ValueError('the twin runs something else by now')
             if self.models.judged(said[-1]['old'], said[-1]['new'], said[-1]['balances'],
                                   recording.duration):
                 self.return_to_previous(self.models.sentence)

@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from servo_twin.description import servo_file
-from servo_twin.lockstep.live_changes import changed
-from servo_twin.recording.events import Change, Happened, PARAMETERS
-
 
 @dataclass(frozen=True)
 class Trial:
@@ -42,15 +38,9 @@ class Models:
         self.loads += 1
         self.sentence = 'a new servo file is on trial'
 
-    def heard(self, text: str) -> None:
-        """Note that the twin runs what was not loaded from here; nothing is on trial then."""
-        self.running, self.previous = text, self.running
-        self.trial = None
-        self.sentence = 'the twin runs a servo file, or values, that were not loaded from here'
-
-    def returned(self, now: str, before: str, why: str) -> None:
-        """Note that the twin runs an old file again, in place of the one ``before``."""
-        self.running, self.previous = now, before
+    def returned(self, why: str) -> None:
+        """Note that the twin runs the old file again."""
+        self.running, self.previous = self.previous, self.running
         self.trial = None
         self.returns += 1
         self.sentence = f'went back to the servo file before: {why}'
@@ -76,20 +66,3 @@ class Models:
         """Note that the new file could not be judged; it stays."""
         self.trial = None
         self.sentence = f'the new servo file stays, unjudged: {why}'
-
-
-def running_after(running: str, kind: str, content: str) -> str:
-    """
-    Return the servo file that a twin runs after an event of it; ``running`` where it is the same.
-
-    ``kind`` and ``content`` are those of Event.msg. Raises ValueError, which ServoError is, for
-    what no twin says, and for a servo file that would bring code of its own.
-    """
-    now = servo_file.loads(running, 'the servo file that runs')
-    if kind == PARAMETERS:
-        then = changed(now, Change(0, kind, content).values)
-    else:
-        told = Happened(0, '', kind, '', content=content).servo_file
-        then = servo_file.loads(told, 'the servo file of the twin', code=False)
-    text = servo_file.dumps(then)
-    return running if text == servo_file.dumps(now) else text
