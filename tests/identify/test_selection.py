@@ -282,3 +282,15 @@ def test_a_coupling_that_is_stiffer_one_way_has_a_nonlinear_stiffness():
     report = answered(rig)
     assert [(one.effect, one.site) for one in report.which] == [('nonlinear_stiffness', 'mesh')]
     assert report.which[0].parameters['difference']['value'] == pytest.approx(difference, rel=0.1)
+
+
+@pytest.mark.slow
+def test_friction_that_rises_from_rest_before_it_falls_is_stribeck_friction():
+    """Makkar's film: tanh(8 s) - tanh(s / 2), which falls sooner than an eddy brake's 1 / s."""
+    angles = recorded(SERVO, 1).columns['motor_position'] / SERVO.numbers['mechanism.ratio']
+    speeds = np.linspace(0.0, np.max(np.abs(np.gradient(angles, PERIOD))), 24)
+    share = speeds / (0.25 * speeds[-1])
+    rig = with_effect('friction_over_speed', 'load', low=0.0, high=float(speeds[-1]),
+                      curve=tuple(20.0 * (np.tanh(8.0 * share) - np.tanh(0.5 * share))))
+    assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
+        ('stribeck_friction', 'load')}

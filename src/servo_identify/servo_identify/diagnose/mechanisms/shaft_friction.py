@@ -68,17 +68,27 @@ def _viscous(builder: Builder, site: str) -> Hypothesis | None:
 
 
 def _stribeck(builder: Builder, site: str) -> Hypothesis | None:
-    """Friction that falls with speed, in bells. A servo file that has some may have too much."""
+    """
+    Friction that falls with speed, from rest or after a rise: a film needs some speed to build.
+
+    In bells, and in what is between two of them. A servo file that has some may have too much.
+    Source: Makkar, Dixon, Sawyer, Hu: AIM 2005, friction that is smooth through rest.
+    """
     name = f'{site}_speed'
     top, low = builder.scales.top(name), builder.scales.slowest(name)
     if not 0.0 < low < 0.4 * top:
         return None
     knots = np.geomspace(max(low, 1e-3 * top), 0.4 * top, FADES)
     mechanism = Mechanism('stribeck_friction', 'friction', site, ('speed',), 'odd')
-    form = over_speed(site, lambda x: np.exp(-(x[:, None] / knots) ** 2))
+
+    def budget(speed: np.ndarray) -> np.ndarray:
+        bells = np.exp(-(speed[:, None] / knots) ** 2)
+        return np.hstack((bells, np.diff(bells)))
+
     falling = any(placed.effect.name in ('stribeck_friction', 'friction_over_speed')
                   for placed in builder.samples.servo.effects)
-    return builder.resistance(mechanism, form, [1] * FADES, knots, either=falling)
+    return builder.resistance(mechanism, over_speed(site, budget), [1] * (2 * FADES - 1),
+                              (*knots, *knots[1:]), either=falling)
 
 
 def _drag(builder: Builder, site: str) -> Hypothesis | None:
