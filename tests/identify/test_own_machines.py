@@ -3,7 +3,10 @@
 import numpy as np
 import pytest
 
+from servo_identify.diagnose.mechanisms.builder import Builder
+from servo_identify.diagnose.mechanisms.friction_by_direction import friction_by_direction
 from servo_identify.diagnose.residuals.samples import residual_samples
+from servo_identify.diagnose.selection.bounded_least_squares import bounded
 from servo_identify.diagnose.selection.explain import explained
 from servo_twin.description import servo_file
 from servo_twin.recording.recording import COLUMNS, Recording
@@ -87,3 +90,17 @@ def test_a_drag_that_has_a_peak_over_speed_is_an_eddy_brake():
 def test_a_rubber_stop_at_one_end_is_a_spring_over_the_angle():
     chosen, _ = found_in(rubber, 1.2)
     assert chosen[0].mechanism.name == 'spring_load'
+
+
+def test_friction_that_differs_by_direction_is_no_weight():
+    bare = JOINT.without_effects(lambda placed: True)
+    builder = Builder(residual_samples([joint(1, nothing, 0.6)], bare))
+    weight = builder.place('load_torque', lambda one: np.ones((len(one.motion.rows), 1))).table
+    differing = [one for one in friction_by_direction(builder, 'load')
+                 if one.mechanism.name == 'asymmetric_friction' and one.knots == ()]
+    assert differing
+    for one in differing:
+        table = one.columns.whole()
+        for bounds in one.bounds():
+            left = weight[:, 0] + table @ bounded(table.T @ table, table.T @ weight[:, 0], *bounds)
+            assert np.mean(left**2) > 0.3 * np.mean(weight**2)  # it resists one way: half of it

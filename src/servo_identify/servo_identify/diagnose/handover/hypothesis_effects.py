@@ -59,10 +59,10 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
             parts = [_bent(found, whole)]
         return _nameable(parts, whole, without)
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
-        level, way = amplitudes[2], float(np.sign(curve.mean()))
+        level, way = amplitudes[:2].mean(), float(np.sign(curve.mean()))
         if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
             return [replace(whole, way=way, curve=curve.share(way * curve.y + level))]
-        named = {'coulomb_friction': np.full(len(curve.x), amplitudes[2]),
+        named = {'coulomb_friction': np.full(len(curve.x), level),
                  'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
         named = over_load(curve, _own(found, one.mechanism.site))

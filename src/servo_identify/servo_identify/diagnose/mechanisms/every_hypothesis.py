@@ -16,6 +16,7 @@ from .controller import controller_of
 from .dahl import dahl
 from .drive import drive_of
 from .eddy_brake import eddy_brake
+from .friction_by_direction import friction_by_direction
 from .hypothesis import Hypothesis, OUTSIDE, UNKNOWN
 from .in_time import in_time
 from .next_joint import next_joint
@@ -39,6 +40,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     sides = sides_of(builder)
     for site in sides:
         found += friction_of(builder, site, residual)
+        found += friction_by_direction(builder, site)
         found += filter(None, (one(builder, site, residual) for one in (eddy_brake, dahl)))
     if set(builder.samples.present) & {'motor', 'load', 'torque'}:
         found += torque_of(builder, residual)

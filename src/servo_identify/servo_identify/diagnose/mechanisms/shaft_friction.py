@@ -1,5 +1,5 @@
 """
-Friction: what resists the motion of a shaft, by speed, load, angle, direction, time and travel.
+Friction: what resists the motion of a shaft, by speed, load, angle, time and travel.
 
 Each mechanism is a family of curves, not a formula: friction that falls with speed, that grows
 with it ever faster, that grows with the load. What a file lacks resists; where it has too much of
@@ -33,8 +33,6 @@ def friction_of(builder: Builder, site: str, residual: np.ndarray) -> Iterator[H
     yield from filter(None, (one(builder, site) for one in several))
     yield from filter(None, (_by_load(builder, site, carried) for carried in (False, True)))
     yield from filter(None, (_drift(builder, site, viscous) for viscous in (False, True)))
-    yield from filter(None, (_asymmetric(builder, site, level) for level in (False, True)))
-    yield from filter(None, (_one_way(builder, site, way) for way in (1.0, -1.0)))
     yield from _by_angle(builder, site, residual)
 
 
@@ -43,12 +41,12 @@ def shaft_equation(builder: Builder, site: str) -> str:
     return site if site in builder.samples.present else 'torque'
 
 
-def _speed(one: EquationErrors, site: str) -> np.ndarray:
+def speed_of(one: EquationErrors, site: str) -> np.ndarray:
     return np.abs(one.motion[f'{site}_speed'])
 
 
 def over_speed(site: str, shape: Callable[[np.ndarray], np.ndarray]) -> Form:
-    return Form('speed', 'rad/s', 'N m', lambda one: _speed(one, site), shape)
+    return Form('speed', 'rad/s', 'N m', lambda one: speed_of(one, site), shape)
 
 
 def _coulomb(builder: Builder, site: str) -> Hypothesis | None:
@@ -104,47 +102,6 @@ def _drag(builder: Builder, site: str) -> Hypothesis | None:
     return builder.resistance(mechanism, over_speed(site, budget), [1] * 4, (*POWERS, 0.5))
 
 
-def _asymmetric(builder: Builder, site: str, level: bool) -> Hypothesis | None:
-    """
-    Friction whose level, and growth, differ by direction, about the same mean or another.
-
-    About the same mean no direction has less than none: it would drive.
-    """
-    mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    form = over_speed(site, lambda x: np.column_stack(
-        (np.ones(len(x)), x, *[np.zeros(len(x))] * level)))
-
-    def torque(one: EquationErrors) -> np.ndarray:
-        shape = form.shape(form.of(one))
-        if level:
-            shape[:, 2] = one.motion.direction
-        return -shape
-
-    most = np.inf
-    if not level:
-        most = float(builder.rubbing(site, lambda one: _speed(one, site), np.zeros(1))[0])
-    return builder.hypothesis(
-        mechanism, builder.place(f'{site}_torque', torque), [0] * (2 + level), form=form,
-        room=(np.array([-most, *[-np.inf] * (1 + level)]),
-              np.array([most, *[np.inf] * (1 + level)])))
-
-
-def _one_way(builder: Builder, site: str, way: float) -> Hypothesis | None:
-    """Friction that one direction has and the other has not: constant, or growing with speed."""
-    top = builder.scales.top(f'{site}_speed')
-    knots = (0.0, top, top, *(share * top for share in SPEEDS))
-    mechanism = Mechanism('asymmetric_friction', 'friction', site, ('direction',), 'none')
-    form = over_speed(site, lambda x: np.column_stack((np.ones(len(x)), x, x**2 / top, *(
-        np.minimum(x, knot) for knot in knots[3:]))))
-
-    def torque(one: EquationErrors) -> np.ndarray:
-        there = one.motion.direction == way
-        return -way * there[:, None] * form.shape(form.of(one))
-
-    return builder.hypothesis(mechanism, builder.place(f'{site}_torque', torque),
-                              [1] * len(knots), knots, form=form, detail={'way': way})
-
-
 def _by_load(builder: Builder, site: str, carried: bool) -> Hypothesis | None:
     """
     Friction that grows with the transmitted torque.
@@ -197,10 +154,10 @@ def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
         fading = [np.exp(-one.motion.time / settling) for settling in times]
         if span > 0.0:
             fading.append((mean - one.motion['temperature']) / span)
-        return np.column_stack(fading) * (_speed(one, site)[:, None] if viscous else 1.0)
+        return np.column_stack(fading) * (speed_of(one, site)[:, None] if viscous else 1.0)
 
     top = builder.scales.top(f'{site}_speed')
-    known = builder.rubbing(site, lambda one: _speed(one, site), np.array([0.0, top]))
+    known = builder.rubbing(site, lambda one: speed_of(one, site), np.array([0.0, top]))
     most = known[1] / top if viscous and top > 0.0 else known.max()  # what can fade
     unit = 'N m s/rad' if viscous else 'N m'
     form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: np.column_stack(
