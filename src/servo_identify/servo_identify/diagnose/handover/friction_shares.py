@@ -7,11 +7,13 @@ from collections.abc import Collection
 import numpy as np
 from scipy.optimize import nnls
 
+from ..decisions import PRACTICAL
 from .curves import Curve
 
 SPEED_LAWS = ('coulomb_friction', 'viscous_friction', 'stribeck_friction', 'quadratic_drag')
 RARE = 0.1  # share of the angles at which friction may be less than what is there elsewhere
 BELLS = 8  # speeds within which friction may fall
+SETTLES = np.geomspace(0.03, 10.0, 48)  # shares of a curve over time in which it settles
 GROWTH = (0.5, 1.0, 2.0, 3.0)  # powers of the load with which friction may grow
 
 
@@ -19,6 +21,30 @@ def common(curve: Curve) -> float:
     """Return what resists at nearly all angles: the level that most of the curve is beyond."""
     low, high = np.quantile(curve.y, (RARE, 1.0 - RARE))
     return float(max(0.0, low) + min(0.0, high))
+
+
+def settled(curve: Curve) -> float:
+    r"""
+    Return the level that friction comes to with time, 0 where it fades to none.
+
+    .. math:: y = L + A\,e^{-t/T}
+
+    It needs a level where a time alone, of at most ten times the curve, leaves more than its band
+    and what matters; T is within the curve then, since a slower one is no level.
+    """
+    span = float(np.ptp(curve.x)) or 1.0
+    weight = np.sqrt(curve.density)
+
+    def fitted(share: float, level: bool) -> tuple[float, float]:
+        table = np.column_stack((np.exp(-curve.x / (share * span)),
+                                 *[np.ones(len(curve.x))] * level))
+        amounts = np.linalg.lstsq(table * weight[:, None], curve.y * weight, rcond=None)[0]
+        return curve.size(curve.y - table @ amounts), float(amounts[-1])
+
+    least = max(curve.size(curve.spread()), PRACTICAL * curve.size())
+    if min(fitted(share, False)[0] for share in SETTLES) <= least:
+        return 0.0
+    return min(fitted(share, True) for share in SETTLES[SETTLES <= 1.0])[1]
 
 
 def over_speed(curve: Curve, less: Collection[str], laws: Collection[str] = SPEED_LAWS

@@ -14,7 +14,14 @@ from ..mechanisms.hypothesis import UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
 from ..selection.explain import Explained
 from .curves import curve_of, Part
-from .friction_shares import common, nearest_over_speed, over_load, over_speed, SPEED_LAWS
+from .friction_shares import (
+    common,
+    nearest_over_speed,
+    over_load,
+    over_speed,
+    settled,
+    SPEED_LAWS,
+)
 from .laws import lawful
 
 VALUES = {'coulomb_friction': ('level', 0), 'viscous_friction': ('slope', 1),
@@ -31,10 +38,10 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
 
     A pattern may be several: friction over speed is Coulomb, viscous, Stribeck friction and drag,
     as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
-    alike at all angles is Coulomb friction, the rest is what varies; a clearance that does not
-    vary is backlash. Friction that one direction has alone is one effect. A part that does less
-    than WORTH of the whole is not worth naming. Where the servo file has the law of a part at the
-    same place, its value is what is off.
+    alike at all angles, or once it has settled, is Coulomb friction, the rest is what varies; a
+    clearance that does not vary is backlash. Friction that one direction has alone is one effect.
+    A part that does less than WORTH of the whole is not worth naming. Where the servo file has
+    the law of a part at the same place, its value is what is off.
     """
     one = found.hypotheses[number]
     curve = curve_of(found, number, draws)
@@ -66,8 +73,9 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
                  'asymmetric_friction': curve.y}
     elif one.mechanism.name == 'load_dependent_friction' and 'law' not in one.detail:
         named = over_load(curve, _own(found, one.mechanism.site))
-    elif one.mechanism.name == 'position_dependent_friction':
-        level = common(curve)
+    elif one.mechanism.name == 'position_dependent_friction' or (
+            one.mechanism.name == 'friction_drift' and 'law' not in one.detail):
+        level = settled(curve) if curve.variable == 'time' else common(curve)
         if abs(level) < WORTH * curve.size():
             return [whole]
         named = {'coulomb_friction': np.full(len(curve.x), level),

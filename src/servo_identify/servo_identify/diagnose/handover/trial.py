@@ -123,7 +123,8 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
     Return which effect a fit leaves nothing of, or a value of the file that it leaves, if one.
 
     ``begun`` are the effects as the equations have them. Nothing is a share of that, or of the
-    value, that matters to nobody, or what is within one standard deviation.
+    value, that matters to nobody, or what is within one standard deviation and does nothing. A
+    level beside one that fades is unsure, and the simulation may need it all the same.
     """
     were = {id(one.part): one.values for one in begun}
     for number, one in enumerate(best.added):
@@ -140,10 +141,19 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
         least = [np.abs(scale.get(path, 0.0)) for path in known]
         sure = [_std(best.estimate, one, begun, path) if len(size) == 1 else 0.0
                 for path, size in zip(known, now, strict=True)]  # a curve's make up for each other
-        if now and all(np.max(size) <= max(PRACTICAL * np.max(most), std)
-                       for size, most, std in zip(now, least, sure, strict=True)):
+        sizes = [(np.max(size), PRACTICAL * np.max(most), std)
+                 for size, most, std in zip(now, least, sure, strict=True)]
+        if now and (all(size <= share for size, share, _ in sizes) or (
+                all(size <= max(share, std) for size, share, std in sizes)
+                and _does_nothing(best, number))):
             return number
     return None
+
+
+def _does_nothing(best: Tried, number: int) -> bool:
+    """Tell whether a simulation without one of some effects is as near to the rig."""
+    rest = best.trial.of(best.base, left_out(best.added, number))
+    return rest is not None and (1.0 - WORTH) * rest.total <= best.total
 
 
 def _std(estimate: Estimate | None, one: Added, begun: Sequence[Added], path: str) -> float:
