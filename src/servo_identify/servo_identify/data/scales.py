@@ -168,7 +168,9 @@ def _findings(name: str, seen: list[Signals], evidence: Evidence,
         told = _told(name, best, seen, evidence)
         seen = [best[0].undone(at) for at in seen]
         left = _nats(evidence.of(seen[0], 0).values())
-        found.append(told if left <= others + ALIKE else replace(told, level='amber'))
+        found.append(told if left <= others + ALIKE else replace(
+            told, level='amber', sentence=f'{told.sentence[:-1]}, or this motion is one that the '
+            'rough equations do not cover. The other recordings show nothing of it.'))
         mended |= best[0].touches
     return found
 
