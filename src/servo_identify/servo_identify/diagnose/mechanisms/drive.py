@@ -20,6 +20,7 @@ from .shape_search import best_shapes, EACH, SHAPES
 BANDS = (0.005, 0.01, 0.02, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.45)
 """Shares of the largest command within which nothing may come."""
 
+ABOUT = (0.7, 0.85, 1.0, 1.15, 1.3)  # of the command at which a drive comes, that it may open at
 CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
@@ -39,7 +40,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     """
     Yield the hypotheses of the drive; none where no command is recorded.
 
-    ``residual`` (samples,) tells the limit of a rate.
+    ``residual`` (samples,) tells the limit of a rate, and where a drive comes with its command.
     """
     if not all('voltage' in one.measured.channels for one in builder.samples.errors):
         return
@@ -59,9 +60,11 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
 
+    def shut(command: np.ndarray, width: float) -> np.ndarray:
+        return -np.where(np.abs(command) < width, command, 0.0)
+
     def gate(command: np.ndarray) -> np.ndarray:
-        return -np.column_stack([np.where(np.abs(command) < s * top, command, 0.0)
-                                 for s in BANDS])
+        return np.column_stack([shut(command, width) for width in gates])
 
     def rounded(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([command / (1.0 + (command / (s * top)) ** 2) for s in BANDS])
@@ -72,10 +75,13 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     def ceiling(command: np.ndarray) -> np.ndarray:
         return _beyond(command, tuple(s * top for s in CEILINGS))
 
+    opens = builder.best_shape(BANDS[0] * top, BANDS[-1] * top, lambda width: through(
+        builder, lambda one: shut(one.regressor_command, width)[:, None]).table[:, 0], residual)
+    gates = tuple(share * opens for share in ABOUT)
     yield from filter(None, (
         shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         # a drive that comes with all of the command once it comes
-        shaped('drive_dead_band', gate, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        shaped('drive_dead_band', gate, [1] * len(ABOUT), gates, tried=SHAPES),
         # one whose answer to small commands fades in, as that of a push-pull stage
         shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         _dead_time(builder), _sag(builder),

@@ -11,7 +11,8 @@ motor is missing before, and comes as a blow then.
           \left(\dot\theta_m/N - \dot\theta_l\right) \text{ as it is met}
 
 Source: Nordin, Gutman: Automatica 38(10), 2002, the physical model of a backlash, with a shaft
-that is stiff against the time of a sample.
+that is stiff against the time of a sample. Where the servo file has a stiffness, the twin with
+the gap tells where the load is: pulled to the motor's angle, as the one of the equations is.
 """
 
 from __future__ import annotations
@@ -20,14 +21,18 @@ from numba import njit
 import numpy as np
 
 from servo_twin.balances.equation_terms import ROTATING
+from servo_twin.physics.catalogue import find
+from servo_twin.physics.servo import Placed
 
 from ..residuals.equation_errors import EquationErrors
+from ..residuals.measured import pulled
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .shape_search import best_shape
 
 WIDTHS = (3e-4, 0.3)  # shares of the travel between which a clearance is sought
 SHAPES = 48  # widths tried: the blow of another one comes at another time
+GAP = 'loose_load'  # name of the gap in the twin that has it
 CONTACT = 0.25  # swings of the load at a flank, for one spacing of the test function
 
 
@@ -72,9 +77,42 @@ def _missing(one: EquationErrors, width: float) -> np.ndarray:
         motion['load_angle'], motion['load_speed'],
         of_file['load_push'] - motion['external'] + one.known_beside_gap,
         np.abs(of_file['load_resistance'])))
+    if one.servo.mechanism.compliant:
+        return _behind_gap(one, width, push, resists)
     rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
     inertias = values['mechanism.load_inertia'], rotor * values['mechanism.ratio']**2
     return _lost(angle, speed, push, resists, inertias, width, one.measured.period)
+
+
+def _behind_gap(one: EquationErrors, width: float, push: np.ndarray,
+                resists: np.ndarray) -> np.ndarray:
+    """
+    Return the same of a load on a spring, by the twin with a gap and by the one of the equations.
+
+    In the gap it asks for nothing. Before it has met a flank nobody knows where it hangs.
+    """
+    period, ratio = one.measured.period, one.servo.numbers['mechanism.ratio']
+    gap = one.servo.with_effects(Placed(GAP, find('backlash'), 'mesh'), values={
+        f'effects.{GAP}.width': width})
+    recording, test = one.measured.recording, one.motion.test
+    beside = np.zeros(len(recording))
+    beside[test.reach:][:len(push)] = np.nan_to_num(one.known_beside_gap)
+    motor, load, torque = (series[test.reach:][:len(push)] for series in pulled(
+        recording, gap, 2 * test.spacing, beside))
+    met = np.flatnonzero(torque)
+
+    def asked(angle: np.ndarray) -> np.ndarray:
+        speed = np.gradient(angle, period)
+        return (one.servo.numbers['mechanism.load_inertia'] * np.gradient(speed, period)
+                - push + np.sign(speed) * resists)
+
+    loose = np.nan_to_num(one.motion['motor_angle']) / ratio - (motor / ratio - load)
+    lost = np.zeros(len(push))
+    if len(met):
+        lost = asked(np.nan_to_num(one.motion['load_angle'])) - np.where(
+            torque == 0.0, 0.0, asked(loose))
+        lost[:met[0]] = 0.0
+    return np.where(np.isfinite(lost), lost, 0.0)
 
 
 @njit(cache=True, nogil=True)

@@ -116,7 +116,7 @@ def measure(recordings: Sequence[Recording], servo: Servo,
         shaft, gear, fast = (TestFunction(spacing, period, spacing * each)
                              for spacing, each in zip(some, apart, strict=True))
         prepared.append(Measured(recording, shaft, gear, fast, noise, count, looped, block,
-                                 _twist(recording, servo)))
+                                 _twist(recording, servo, 2 * some[0])))
     return prepared
 
 
@@ -206,21 +206,41 @@ def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -
     return spacing
 
 
-def _twist(recording: Recording, servo: Servo) -> np.ndarray:
+def _twist(recording: Recording, servo: Servo, samples: int) -> np.ndarray:
     """
     Return the torsion by the twin where one shaft of an elastic machine is measured, rad.
 
     A load that swings on its transmission is neither friction nor inertia. The twin, pulled to the
     measured shaft, knows where the other one is. Zero elsewhere.
     """
-    has = {name: recording.has(f'{name}_position') for name in ('motor', 'load')}
+    has = [recording.has(f'{name}_position') for name in ('motor', 'load')]
     nothing = np.zeros(len(recording))
-    if all(has.values()) or not any(has.values()) or not (
+    if all(has) or not any(has) or not (
             servo.mechanism.compliant and servo.mechanism.correctable):
         return nothing
-    first, second = (float(recording[f'{name}_position'][0]) if has[name] else nan for name in has)
-    y = simulate(servo, inputs_of(recording.columns), recording.period,
-                 initial_state(servo, first, second), 'observer')
-    motor, load = (y[:, OUTPUTS.index(f'{name}_position')] for name in ('motor', 'load'))
+    motor, load, _ = pulled(recording, servo, samples)
     twist = motor / servo.numbers['mechanism.ratio'] - load
     return twist if np.isfinite(twist).all() else nothing
+
+
+def pulled(recording: Recording, servo: Servo, samples: int,
+           push: np.ndarray | float = 0.0) -> tuple[np.ndarray, ...]:
+    """
+    Return the angles of motor and load, rad, and the torque between, N m, of the twin.
+
+    Each (samples,). The twin is pulled to the one shaft that is measured, and begins as fast as
+    that does over its first ``samples``. ``push`` (samples,), N m, moves its load besides.
+    """
+    has = recording.has('motor_position')
+    shaft = recording['motor_position' if has else 'load_position']
+    begin = shaft[:max(3, samples)]
+    speed = float(np.polyfit(np.arange(len(begin)) * recording.period, begin, 2)[1]) if np.all(
+        np.isfinite(begin)) else 0.0
+    first = (float(shaft[0]), nan) if has else (nan, float(shaft[0]))
+    columns = {**recording.columns,
+               'external_torque': np.nan_to_num(recording['external_torque']) - push}
+    y = simulate(servo, inputs_of(columns), recording.period, initial_state(
+        servo, *first, load_speed=speed / (servo.numbers['mechanism.ratio'] if has else 1.0)),
+        'observer')
+    return tuple(y[:, OUTPUTS.index(name)] for name in (
+        'motor_position', 'load_position', 'torque'))

@@ -28,8 +28,9 @@ class Nuisance:
     Columns of the regression that are always in it.
 
     ``labels`` name them: the path of a value (``PATH:n`` for recording n alone), or ``zero:n``,
-    ``integral:n``, ``late:CHANNEL``. ``columns`` has shape (samples, n) for one unit each, within
-    ``low`` and ``high`` about the servo as given.
+    ``integral:n``, ``late:CHANNEL``, ``discrete:PATH``.
+    ``columns`` has shape (samples, n) for one unit each, within ``low`` and ``high`` about the
+    servo as given.
     """
 
     labels: tuple[str, ...]
@@ -61,6 +62,10 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     bounds)
         else:
             put(path, column, bounds)
+    for path, settings in _as_discrete(samples).items():
+        way = max(settings, key=abs)  # exact for a backward difference, which firmware takes
+        put(f'discrete:{path}', slope(samples, path, way, (0.0, np.inf)),
+            (min(settings), max(settings)))
     measured = any('current' in one.measured.channels for one in samples.errors)
     late = samples.place(sampling_columns(samples.errors))
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
@@ -85,6 +90,22 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     (-np.inf, np.inf))
     table = np.column_stack(columns) if columns else np.zeros((len(samples.base), 0))
     return Nuisance(tuple(labels), table, np.array(low), np.array(high))
+
+
+def _as_discrete(samples: ResidualSamples) -> dict[str, tuple[float, float]]:
+    """
+    Return by how much a filter of the controller acts as another one for how it is discretised.
+
+    By path, s: by forward and by backward differences, of which a servo file says nothing. The
+    twin steps it exactly.
+    """
+    servo, period = samples.servo, samples.errors[0].measured.period
+    path = 'controller.filter'
+    time = servo.numbers.get(path, 0.0)
+    if not time > 0.0 or path in servo.tolerance:
+        return {}
+    forward = -period / np.log1p(-period / time) if period < time else 0.0
+    return {path: (float(forward - time), float(period / np.log1p(period / time) - time))}
 
 
 def untold_ratio(samples: ResidualSamples) -> float:
