@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from synthetic_recordings import from_rest
 from test_selection import named_by_equations
 
 from servo_identify.diagnose.diagnose import diagnose
@@ -194,6 +195,32 @@ def test_an_integral_that_held_a_weight_before_the_recording_is_no_other_gain():
     assert named_by_equations(cut, hoist) == set()
     stiffer = hoist.with_values({'controller.kv': 1.3 * hoist.numbers['controller.kv']})
     assert ('controller_mismatch', 'controller') in named_by_equations(cut, stiffer)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('opens', [0.72, 1.05])  # V, between two shares of the largest command
+def test_a_drive_that_comes_with_all_of_its_command_has_a_dead_band(opens):
+    def run(seed):
+        time, chance = np.arange(0.0, 12.0, PERIOD), np.random.default_rng(seed)
+        sent = sum(1.7 * np.sin(2.0 * np.pi * f * time + chance.uniform(0.0, 6.0))
+                   for f in (0.4, 1.1, 2.3))
+        came = from_rest(LOOP, np.where(np.abs(sent) < opens, 0.0, sent), PERIOD, chance)
+        return replace(came, columns={**came.columns, 'voltage': sent}, digest=f'{seed:064d}')
+
+    assert named_by_equations([run(seed) for seed in (1, 2)], LOOP) == {
+        ('drive_dead_band', 'command')}
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_a_filter_that_firmware_steps_by_differences_is_no_other_filter():
+    time = 4.0 * PERIOD
+    told = LOOP.with_values({'controller.filter': time})
+    backward, forward = PERIOD / np.log1p(PERIOD / time), -PERIOD / np.log1p(-PERIOD / time)
+    for acts, named in ((backward, set()), (forward, set()), (3.0 * time, {
+            ('controller_mismatch', 'controller')})):
+        stepped = told.with_values({'controller.filter': acts})
+        assert named_by_equations([following(stepped, seed) for seed in (1, 2)], told) == named
 
 
 def test_a_reference_that_steps_says_no_speed():
