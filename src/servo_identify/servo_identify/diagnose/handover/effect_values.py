@@ -15,6 +15,7 @@ from ..mechanisms.hypothesis import Hypothesis
 from .curves import Curve, Part
 from .laws import Formed, of_orders
 
+SUDDEN = 1e-3  # half widths beyond a threshold within which a command counts in full
 MEAN = 0.625
 """Travel by which an element of hysteresis slips on the average, as a share of the last one's."""
 
@@ -121,6 +122,8 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif one.detail.get('law') == 'drive_dead_time':
         values = _lost(a / one.detail['resistance'], np.asarray(one.knots))
         fixed = {'settling': one.detail['settling']}
+    elif one.detail.get('opens') and abs(a.sum() - 1.0) <= FORM:  # then with all of the command
+        values, fixed = {'half_width': float(a @ one.knots / a.sum())}, {'regain': SUDDEN}
     elif name == 'supply_sag':
         values, fixed = {'drop': float(a[0])}, dict(one.detail)
     elif one.detail.get('law') == 'one_sided_stiffness':  # what is lost of an angle, as torque

@@ -81,7 +81,8 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     yield from filter(None, (
         shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         # a drive that comes with all of the command once it comes
-        shaped('drive_dead_band', gate, [1] * len(ABOUT), gates, tried=SHAPES),
+        shaped('drive_dead_band', gate, [1] * len(ABOUT), gates, tried=SHAPES,
+               detail={'opens': True}),
         # one whose answer to small commands fades in, as that of a push-pull stage
         shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         _dead_time(builder), _sag(builder),
