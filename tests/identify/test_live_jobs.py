@@ -1,5 +1,7 @@
 """What the identify node is made of, without ROS: it ..."""
 
+from dataclasses import replace
+import json
 import os
 from pathlib import Path
 import subprocess
@@ -15,8 +17,9 @@ from servo_identify.jobs.live.compare_job import judge
 from servo_identify.jobs.live.job_process import Job
 from servo_identify.jobs.live.retrain_job import wanted
 from servo_identify.jobs.live.sample_ring import Ring
-from servo_identify.jobs.live.servo_versions import Models
+from servo_identify.jobs.live.servo_versions import Models, Trial
 from servo_twin.description import servo_file
+from servo_twin.physics.servo import Provenance
 from servo_twin.recording.joined_samples import CHANNELS
 
 
@@ -177,5 +180,68 @@ def test_it_goes_back_only_from_a_servo_file_that_is_worse():
     models.loaded('third', 'second', 2000)
     assert models.judged(10.0, 12.0, {'motor': (9.0, 9.0), 'load': (11.0, 14.0)}, 60.0)
     assert models.sentence.endswith('worst is load')
-    models.returned('it is worse')
+    models.returned('second', 'third', 'it is worse')
     assert (models.running, models.previous, models.returns) == ('second', 'third', 1)
+
+
+
+GIVEN = SERVO.read_text()  # as people write it: another text than a twin tells
+TOLD = servo_file.dumps(servo_file.loads(GIVEN))
+OWN = GIVEN.replace('servo: rv_bench', 'servo: own')
+OWN_TOLD = servo_file.dumps(servo_file.loads(OWN))
+
+
+def test_it_knows_its_own_file_by_what_stands_in_it_whenever_the_twin_tells_of_it():
+    assert len({GIVEN, TOLD, OWN, OWN_TOLD}) == 4
+    for told_at in ('before the answer', 'after the answer'):
+        models = Models(GIVEN, 0.02)
+        assert not models.follows('began', json.dumps({'servo_file': TOLD}))
+        assert models.running == GIVEN
+        models.asks(OWN)
+        if told_at == 'before the answer':
+            assert not models.follows('servo_file', OWN_TOLD)
+        models.loaded(OWN, TOLD, 1000)
+        if told_at == 'after the answer':
+            assert not models.follows('servo_file', OWN_TOLD)
+        assert models.trial == Trial(TOLD, OWN, 1000), told_at
+        assert (models.running, models.previous) == (OWN, TOLD)
+        assert not models.follows('began', json.dumps({'servo_file': OWN_TOLD}))
+        models.asks(TOLD)
+        assert not models.follows('servo_file', TOLD)
+        models.returned(TOLD, OWN_TOLD, 'it is worse')
+        assert (models.running, models.previous, models.returns) == (TOLD, OWN_TOLD, 1)
+
+
+def test_nothing_is_on_trial_once_others_have_changed_what_the_twin_runs():
+    models = Models(GIVEN, 0.02)
+    models.loaded(OWN, TOLD, 1000)
+    assert models.follows('parameters', '{"drive.gain": 0.45}')
+    assert models.trial is None and 'not loaded from here' in models.sentence
+    assert models.previous == OWN
+    changed = servo_file.loads(models.running)
+    assert (changed.name, changed.values['drive.gain']) == ('own', 0.45)
+    # the twin also says then where the value comes from
+    told = servo_file.dumps(replace(changed, provenance={'drive.gain': Provenance('a slider')}))
+    assert not models.follows('began', json.dumps({'servo_file': told}))
+
+    models.asks(OWN)
+    assert not models.follows('servo_file', OWN_TOLD)
+    assert models.follows('servo_file', TOLD)  # at once, before the answer
+    models.loaded(OWN, TOLD, 2000)
+    assert models.running == TOLD and models.trial is None
+
+
+def test_there_is_no_way_back_to_a_file_that_the_twin_never_ran():
+    models = Models(GIVEN, 0.02)
+    assert models.follows('began', json.dumps({'servo_file': OWN_TOLD}))
+    assert (models.running, models.previous) == (OWN_TOLD, '')
+
+
+@pytest.mark.parametrize('content', ['', '[1]', '[' * 100_000, '{"drive.gain": "x"}', '{"a": 1}',
+                                     '{"drive.gain": 1e400}', '{"servo_file": "nothing"}'])
+@pytest.mark.parametrize('kind', ['parameters', 'servo_file', 'began'])
+def test_what_no_twin_says_changes_nothing(kind, content):
+    models = Models(GIVEN, 0.02)
+    with pytest.raises(ValueError, match=r'\w'):
+        models.follows(kind, content)
+    assert models.running == GIVEN

@@ -34,6 +34,7 @@ from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
+from servo_twin.recording.events import BEGAN, PARAMETERS, SERVO_FILE
 from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.sample_joining import Joiner
 from servo_twin_msgs.msg import Estimate, Event, Residual
@@ -96,6 +97,8 @@ class IdentifyNode(Node):
                                  guarded(self._compare, self._watch_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
         self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
+        self._twin = f'{self.get_namespace().rstrip("/")}/twin'
+        self.create_subscription(Event, 'events', guarded(self._follow), EVENTS)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._events = self.create_publisher(Event, 'events', EVENTS)
@@ -237,13 +240,27 @@ class IdentifyNode(Node):
 
     def _hear(self, message: DiagnosticArray) -> None:
         """Learn again when the twin runs another servo file, whoever loaded it."""
-        twin = f'{self.get_namespace().rstrip("/")}/twin: twin'
         for status in message.status:
-            if status.name == twin:
+            if status.name == f'{self._twin}: twin':
                 loads = next((v.value for v in status.values if v.key == 'servos loaded'), '')
                 if loads and self._twins_loads and loads != self._twins_loads and self._detector:
                     self._learn_again()
                 self._twins_loads = loads or self._twins_loads
+
+    def _follow(self, message: Event) -> None:
+        """Take over what the twin says that it runs, whoever has loaded or set it."""
+        if message.source != self._twin or message.kind not in (BEGAN, PARAMETERS, SERVO_FILE):
+            return
+        try:
+            others = self.models.follows(message.kind, message.content)
+        except ValueError as problem:
+            self.get_logger().warning(f'what the twin runs is not known: {problem}')
+            return
+        if others:
+            self.get_logger().info(self.models.sentence)
+            self._servo = servo_file.loads(self.models.running, 'the servo file that runs')
+            self._stale = True
+            self._watch_again()
 
     def _judge(self) -> None:
         """Have the file on trial judged once it has run long enough."""

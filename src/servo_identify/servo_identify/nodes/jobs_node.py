@@ -182,8 +182,9 @@ class Jobs(Node):
         """Have the twin run the file before; raises ValueError when it does not."""
         if not self.models.previous:
             raise ValueError('there is no servo file to go back to: none was loaded from here')
-        answer = self._ask(self.models.previous)
-        self.models.returned(why)
+        back = self.models.previous
+        answer = self._ask(back)
+        self.models.returned(back, answer.previous, why)
         self._loaded()
         return answer.message
 
@@ -205,6 +206,8 @@ class Jobs(Node):
                 said = job.reports()
                 if not said:
                     raise ValueError(job.last_words())
+            if self.models.trial is not trial:
+                raise ValueError('the twin runs something else by now')
             if self.models.judged(said[-1]['old'], said[-1]['new'], said[-1]['balances'],
                                   recording.duration):
                 self.return_to_previous(self.models.sentence)
@@ -221,13 +224,15 @@ class Jobs(Node):
         if not self._twin.wait_for_service(5.0):
             raise ValueError('no twin runs here: its service twin/load_servo is not there')
         answered = Event()
+        self.models.asks(text)
         future = self._twin.call_async(LoadServo.Request(content=text))
         future.add_done_callback(lambda _: answered.set())
-        if not answered.wait(_LOADING):
+        if answered.wait(_LOADING) and future.result().success:
+            return future.result()
+        self.models.asks('')
+        if not answered.is_set():
             raise ValueError(f'the twin did not answer within {_LOADING:g} s')
-        if not future.result().success:
-            raise ValueError(f'the twin refused the servo file: {future.result().message}')
-        return future.result()
+        raise ValueError(f'the twin refused the servo file: {future.result().message}')
 
     def _go_back(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         try:
