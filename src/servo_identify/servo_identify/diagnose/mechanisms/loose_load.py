@@ -60,7 +60,8 @@ def loose_load(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         told = builder.apart(column)
         return told - beside * (beside @ told / squares)
 
-    width = best_shape(WIDTHS[0] * stroke, WIDTHS[1] * stroke,
+    widest = min(WIDTHS[1] * stroke, find('backlash').parameters['width'].bounds[1])
+    width = best_shape(WIDTHS[0] / WIDTHS[1] * widest, widest,
                        lambda width: apart(columns(width).table[:, 0]), apart(residual),
                        shapes=SHAPES)
     spacing = min(one.motion.test.spacing * one.measured.period for one in builder.samples.errors)
