@@ -184,7 +184,6 @@ def test_it_goes_back_only_from_a_servo_file_that_is_worse():
     assert (models.running, models.previous, models.returns) == ('second', 'third', 1)
 
 
-
 GIVEN = SERVO.read_text()  # as people write it: another text than a twin tells
 TOLD = servo_file.dumps(servo_file.loads(GIVEN))
 OWN = GIVEN.replace('servo: rv_bench', 'servo: own')

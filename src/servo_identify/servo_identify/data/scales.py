@@ -9,7 +9,7 @@ a threshold on a factor; where two mistakes close them alike, both are told.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -165,12 +165,10 @@ def _findings(name: str, seen: list[Signals], evidence: Evidence,
         best = _likeliest(seen, evidence, mended)
         if not best:
             break
-        told = _told(name, best, seen, evidence)
-        seen = [best[0].undone(at) for at in seen]
-        left = _nats(evidence.of(seen[0], 0).values())
-        found.append(told if left <= others + ALIKE else replace(
-            told, level='amber', sentence=f'{told.sentence[:-1]}, or this motion is one that the '
-            'rough equations do not cover. The other recordings show nothing of it.'))
+        undone = [best[0].undone(at) for at in seen]
+        left = _nats(evidence.of(undone[0], 0).values())
+        found.append(_told(name, best, seen, evidence, left <= others + ALIKE))
+        seen = undone
         mended |= best[0].touches
     return found
 
@@ -208,8 +206,13 @@ def _nats(several: Iterable[Closed]) -> float:
     return sum(one.nats for one in several)
 
 
-def _told(name: str, best: list[Mistake], seen: list[Signals], evidence: Evidence) -> Finding:
-    """Return the finding: what closes how much of which equation, and what to do."""
+def _told(name: str, best: list[Mistake], seen: list[Signals], evidence: Evidence,
+          sure: bool) -> Finding:
+    """
+    Return the finding: what closes how much of which equation, and what to do.
+
+    ``sure``: nothing but the mistake explains it, as a motion beyond the equations may.
+    """
     closes, share, equation = 0.0, 0.0, ''
     for key, at in enumerate(seen):
         before, after = evidence.of(at, key), evidence.of(best[0].undone(at), key)
@@ -223,7 +226,9 @@ def _told(name: str, best: list[Mistake], seen: list[Signals], evidence: Evidenc
     said = (f'{best[0].factor} closes {share:.0f} % of the {EQUATIONS[equation]}: '
             if equation and share > 50.0 else
             f'{best[0].factor} makes the values those of the servo file: ')
-    return Finding('red', f'{name}: {said}{what}.' if name else f'{said}{what}.',
+    doubt = '' if sure else (', or this motion is one that the rough equations do not cover. The '
+                             'other recordings show nothing of it')
+    return Finding('red' if sure else 'amber', f'{name and f"{name}: "}{said}{what}{doubt}.',
                    '; or '.join(dict.fromkeys(one.action for one in best)), name)
 
 

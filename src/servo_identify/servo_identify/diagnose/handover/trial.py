@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import or_
 
 import numpy as np
 
@@ -141,11 +142,11 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
         least = [np.abs(scale.get(path, 0.0)) for path in known]
         sure = [_std(best.estimate, one, begun, path) if len(size) == 1 else 0.0
                 for path, size in zip(known, now, strict=True)]  # a curve's make up for each other
-        sizes = [(np.max(size), PRACTICAL * np.max(most), std)
-                 for size, most, std in zip(now, least, sure, strict=True)]
-        if now and (all(size <= share for size, share, _ in sizes) or (
-                all(size <= max(share, std) for size, share, std in sizes)
-                and _does_nothing(best, number))):
+        small = [np.max(size) <= PRACTICAL * np.max(most)
+                 for size, most in zip(now, least, strict=True)]
+        unsure = [np.max(size) <= std for size, std in zip(now, sure, strict=True)]
+        if now and (all(small) or (
+                all(map(or_, small, unsure)) and _does_nothing(best, number))):
             return number
     return None
 

@@ -60,11 +60,9 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])
 
-    def shut(command: np.ndarray, width: float) -> np.ndarray:
-        return -np.where(np.abs(command) < width, command, 0.0)
-
-    def gate(command: np.ndarray) -> np.ndarray:
-        return np.column_stack([shut(command, width) for width in gates])
+    def gate(command: np.ndarray, *widths: float) -> np.ndarray:
+        return -np.column_stack([np.where(np.abs(command) < width, command, 0.0)
+                                 for width in widths])
 
     def rounded(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([command / (1.0 + (command / (s * top)) ** 2) for s in BANDS])
@@ -76,13 +74,13 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         return _beyond(command, tuple(s * top for s in CEILINGS))
 
     opens = builder.best_shape(BANDS[0] * top, BANDS[-1] * top, lambda width: through(
-        builder, lambda one: shut(one.regressor_command, width)[:, None]).table[:, 0], residual)
+        builder, lambda one: gate(one.regressor_command, width)).table[:, 0], residual)
     gates = tuple(share * opens for share in ABOUT)
     yield from filter(None, (
         shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         # a drive that comes with all of the command once it comes
-        shaped('drive_dead_band', gate, [1] * len(ABOUT), gates, tried=SHAPES,
-               detail={'opens': True}),
+        shaped('drive_dead_band', lambda command: gate(command, *gates), [1] * len(ABOUT),
+               gates, tried=SHAPES, detail={'opens': True}),
         # one whose answer to small commands fades in, as that of a push-pull stage
         shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
         _dead_time(builder), _sag(builder),

@@ -42,6 +42,7 @@ def shaft_equation(builder: Builder, site: str) -> str:
 
 
 def speed_of(one: EquationErrors, site: str) -> np.ndarray:
+    """Return how fast a shaft turns either way, rad/s at the inner samples."""
     return np.abs(one.motion[f'{site}_speed'])
 
 

@@ -19,6 +19,7 @@ MOVING = (0.0, 1.0)  # of a command that goes straight between rows: the loop ma
 STEP = 0.25  # share of a tolerance over which a slope is taken
 FINE = 1e-3  # share of a ratio over which its slope is taken: its error adds up over the travel
 FAR = 10.0  # times by which a value of a data sheet may be off
+FILTER = 'controller.filter'
 UNTOLD = ('sensors', 'observer')  # sections whose values move no residual
 
 
@@ -62,10 +63,10 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
                     bounds)
         else:
             put(path, column, bounds)
-    for path, settings in _as_discrete(samples).items():
-        way = max(settings, key=abs)  # exact for a backward difference, which firmware takes
-        put(f'discrete:{path}', slope(samples, path, way, (0.0, np.inf)),
-            (min(settings), max(settings)))
+    stepped = _stepped(samples)
+    if stepped is not None:  # exact for the differences that are further from the file
+        put(f'discrete:{FILTER}', slope(samples, FILTER, max(stepped, key=abs), (0.0, np.inf)),
+            stepped)
     measured = any('current' in one.measured.channels for one in samples.errors)
     late = samples.place(sampling_columns(samples.errors))
     for channel, column in zip(late_channels(samples.errors), late.T, strict=True):
@@ -92,20 +93,19 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
     return Nuisance(tuple(labels), table, np.array(low), np.array(high))
 
 
-def _as_discrete(samples: ResidualSamples) -> dict[str, tuple[float, float]]:
+def _stepped(samples: ResidualSamples) -> tuple[float, float] | None:
     """
-    Return by how much a filter of the controller acts as another one for how it is discretised.
+    Return by how much the filter of the controller acts as another one as firmware steps it, s.
 
-    By path, s: by forward and by backward differences, of which a servo file says nothing. The
-    twin steps it exactly.
+    Less by forward and more by backward differences, of which a servo file says nothing: the twin
+    steps it exactly. None where there is no filter, or its tolerance says how far it may be off.
     """
     servo, period = samples.servo, samples.errors[0].measured.period
-    path = 'controller.filter'
-    time = servo.numbers.get(path, 0.0)
-    if not time > 0.0 or path in servo.tolerance:
-        return {}
+    time = servo.numbers.get(FILTER, 0.0)
+    if not time > 0.0 or FILTER in servo.tolerance:
+        return None
     forward = -period / np.log1p(-period / time) if period < time else 0.0
-    return {path: (float(forward - time), float(period / np.log1p(period / time) - time))}
+    return float(forward - time), float(period / np.log1p(period / time) - time)
 
 
 def untold_ratio(samples: ResidualSamples) -> float:
