@@ -11,7 +11,6 @@ LONGER = {
     'servo_identify/diagnose/residuals/equation_errors.py': 'one class: equations of a recording',
     'servo_identify/experiment/performer_node.py': 'one node: a run, its guard and its rest',
     'servo_identify/fit/output_error.py': 'one fit from start to standard deviations',
-    'servo_identify/nodes/identify_node.py': 'one node: its topics share the state',
     'servo_identify/nodes/jobs_node.py': 'one node: its actions share lock and folder',
     'servo_rig_driver/devices/on_request.py': 'one drive from start to rest, whatever it speaks',
     'servo_rig_driver/driver/driver_node.py': 'one lifecycle node: transitions share the link',

@@ -10,7 +10,6 @@ servo file before, `identify/relearn` has the change detector learn again.
 
 from __future__ import annotations
 
-from copy import copy
 from functools import partial
 from pathlib import Path
 import sys
@@ -18,7 +17,6 @@ import tempfile
 from threading import Thread
 
 from diagnostic_msgs.msg import DiagnosticArray
-import numpy as np
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
@@ -35,26 +33,21 @@ from servo_twin.nodes.timer_clock import STEADY
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
 from servo_twin.physics.servo import ServoError
 from servo_twin.recording.events import BEGAN, PARAMETERS, SERVO_FILE
-from servo_twin.recording.recording import BALANCES
 from servo_twin.recording.sample_joining import Joiner
 from servo_twin_msgs.msg import Estimate, Event, Residual
 
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
-from ..watch.changes.alarm import Alarm
-from ..watch.changes.change_detector import ChangeDetector, Settings
-from ..watch.changes.change_place import AFTER, ChangePlace, Located
-from ..watch.changes.excitation_level import driving, half_window
 from ..watch.estimator.online_estimator import OnlineEstimator
 from . import identify_parameters
 from . import message_conversion as conversion
+from .change_watch import ChangeWatch, GATHERED
 from .identify_parameters import value
 from .jobs_node import Jobs
-from .message_conversion import OK, STALE, WARN
+from .message_conversion import OK, WARN
 from .short_memory import SAID, Shortage
 
 REPORT_EVERY = 1.0  # s
-_GATHERED = 0.1  # s of samples that estimator and detector are given at once
 
 
 class IdentifyNode(Node):
@@ -72,16 +65,11 @@ class IdentifyNode(Node):
         text = servo_at(value(self, 'servo_file')).read_text()
         self.models = Models(text, value(self, 'margin'))
         self.ring = Ring(value(self, 'buffer'))
+        self._watch = ChangeWatch(self, self.ring)
         self._servo = servo_file.loads(text, 'servo_file')
         self._estimator: OnlineEstimator | None = None
-        self._detector: ChangeDetector | None = None
-        self._place: ChangePlace | None = None
-        self._located: Located | None = None
-        self._to_locate: Alarm | None = None
-        self._locating: Thread | None = None
         self._stale = False
         self._pushed = 0
-        self._residuals: list[tuple[int, object]] = []
         self._twins_loads = ''
         self._judging: Thread | None = None
         self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
@@ -94,14 +82,13 @@ class IdentifyNode(Node):
                 kind, topic, guarded(partial(self._take, topic), self._estimate_again),
                 sample_qos(), qos_overriding_options=OVERRIDABLE)
         self.create_subscription(Residual, 'twin/residual',
-                                 guarded(self._compare, self._watch_again), sample_qos(),
+                                 guarded(self._compare, self._watch.begin_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
         self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
         self._twin = f'{self.get_namespace().rstrip("/")}/twin'
         self.create_subscription(Event, 'events', guarded(self._follow), EVENTS)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        self._events = self.create_publisher(Event, 'events', EVENTS)
         self.create_service(Trigger, 'identify/relearn', guarded(self._relearn))
         self.create_timer(REPORT_EVERY, guarded(self._report), clock=STEADY)
         self.create_timer(value(self, 'online.period'), guarded(self._tell), clock=STEADY)
@@ -109,17 +96,13 @@ class IdentifyNode(Node):
     def close(self) -> None:
         """End jobs and their threads."""
         self.jobs.close()
-        for thread in (self._judging, self._locating):
-            if thread is not None:
-                thread.join()
+        self._watch.close()
+        if self._judging is not None:
+            self._judging.join()
 
     def _estimate_again(self) -> None:
         """Drop an estimator that a shortage of memory may have left half done."""
         self._estimator = None
-
-    def _watch_again(self) -> None:
-        """Drop a detector that a shortage of memory may have left half done."""
-        self._detector, self._residuals = None, []
 
     # Samples.
 
@@ -135,14 +118,14 @@ class IdentifyNode(Node):
             return
         self.ring.put(first.sequence, twin_conversion.to_instant(first.header.stamp),
                       first.period, samples)
-        if self.ring.next - self._pushed >= _GATHERED / first.period or (
+        if self.ring.next - self._pushed >= GATHERED / first.period or (
                 self.ring.next < self._pushed):
             self._push(first.period)
 
     def _push(self, period: float) -> None:
         """Give the estimator what came since the last time."""
         start = self._pushed if 0 < self.ring.next - self._pushed <= len(self.ring) else (
-            self.ring.next - min(len(self.ring), round(_GATHERED / period)))
+            self.ring.next - min(len(self.ring), round(GATHERED / period)))
         self._pushed = self.ring.next
         if not value(self, 'online.on'):
             self._estimator = None
@@ -157,78 +140,11 @@ class IdentifyNode(Node):
     # The twin's residuals.
 
     def _compare(self, message: Residual) -> None:
-        if not value(self, 'watch.on'):
-            self._detector = None
-            return
-        try:
-            residuals = conversion.to_residuals(message)
-        except ValueError as problem:
-            self.get_logger().warning(str(problem), throttle_duration_sec=10.0)
-            return
-        if self._detector is None or self._detector.period != message.period:
-            settings = Settings(value(self, 'watch.block'), value(self, 'watch.learn'),
-                                value(self, 'watch.false_alarms'))
-            self._detector = ChangeDetector(BALANCES, message.period, settings)
-            self._place = ChangePlace(self._servo, message.period, settings.block, settings.learn)
-            self._located = self._to_locate = None
-        self._residuals.append((message.sequence, residuals))
-        if sum(len(r) for _, r in self._residuals) * message.period < _GATHERED:
-            return
-        waiting, self._residuals = self._residuals, []
-        found: list[Alarm] = []
-        half = half_window(message.period)
-        for sequence, residuals in _joined(waiting):
-            rows = self.ring.rows(sequence - half, len(residuals) + 2 * half)
-            found += self._detector.push(sequence, residuals, driving(
-                rows, message.period, self._servo.values['mechanism.ratio']))
-            wide = self._place.half
-            self._place.push(sequence, self.ring.rows(sequence - wide,
-                                                      len(residuals) + 2 * wide))
-            self._find_place(found, sequence + len(residuals), message)
-        for alarm in found:
-            self.get_logger().warning(f'balance {alarm.balance} changed')
-            self._happened('change', alarm.balance, str(alarm), message)
-        if found:
+        if self._watch.take(message, self._servo):
             self._report()
 
-    def _happened(self, kind: str, content: str, text: str, seen: Residual) -> None:
-        """Tell what was found as an event, which the recorder keeps, by the residual then."""
-        event = Event(source=self.get_fully_qualified_name(), kind=kind, content=content,
-                      text=text)
-        event.header.stamp = seen.header.stamp
-        self._events.publish(event)
-
-    def _find_place(self, found: list[Alarm], at: int, seen: Residual) -> None:
-        """Have the place of the first change found, some time after its alarm."""
-        if found and self._to_locate is None:
-            self._to_locate = found[0]
-        alarm = self._to_locate
-        if (alarm is None or self._located is not None
-                or at < alarm.sequence + AFTER / seen.period
-                or (self._locating is not None and self._locating.is_alive())):
-            return
-        place = copy(self._place)
-
-        def locate() -> None:
-            found = place.locate(alarm.since)
-            if found is not None and alarm is self._to_locate:
-                self._located = found
-                self.get_logger().warning(f'the change is in: {found}')
-                self._happened('place', ' or '.join(found.places), f'the change is in: {found}',
-                               seen)
-
-        self._locating = Thread(target=locate, daemon=True)
-        self._locating.start()
-
-    def _learn_again(self) -> None:
-        self._detector.relearn()
-        self._place.relearn()
-        self._located = self._to_locate = None
-
     def _relearn(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._detector is not None:
-            self._learn_again()
-        response.success = self._detector is not None
+        response.success = self._watch.learn_again()
         response.message = ('learning again' if response.success
                             else 'nothing is watched: no residuals came, or watch.on is false')
         return response
@@ -243,8 +159,8 @@ class IdentifyNode(Node):
         for status in message.status:
             if status.name == f'{self._twin}: twin':
                 loads = next((v.value for v in status.values if v.key == 'servos loaded'), '')
-                if loads and self._twins_loads and loads != self._twins_loads and self._detector:
-                    self._learn_again()
+                if loads and self._twins_loads and loads != self._twins_loads:
+                    self._watch.learn_again()
                 self._twins_loads = loads or self._twins_loads
 
     def _follow(self, message: Event) -> None:
@@ -260,7 +176,7 @@ class IdentifyNode(Node):
             self.get_logger().info(self.models.sentence)
             self._servo = servo_file.loads(self.models.running, 'the servo file that runs')
             self._stale = True
-            self._watch_again()
+            self._watch.begin_again()
 
     def _judge(self) -> None:
         """Have the file on trial judged once it has run long enough."""
@@ -290,7 +206,7 @@ class IdentifyNode(Node):
     def _report(self) -> None:
         self._judge()
         name = self.get_fully_qualified_name()
-        statuses = [conversion.to_status(name, 'changes', *self._changes()),
+        statuses = [conversion.to_status(name, 'changes', *self._watch.health()),
                     conversion.to_status(name, 'models', OK, self.models.sentence, {
                         'loads': str(self.models.loads), 'returns': str(self.models.returns),
                         'on trial': 'yes' if self.models.trial else 'no',
@@ -301,39 +217,6 @@ class IdentifyNode(Node):
                         {'times short': str(self.shortage.times)})]
         self._diagnostics.publish(conversion.to_diagnostics(
             statuses, self.get_clock().now().nanoseconds))
-
-    def _changes(self) -> tuple[int, str, dict[str, str]]:
-        detector = self._detector
-        if detector is None:
-            return (STALE, 'no residuals came', {}) if value(self, 'watch.on') else (
-                OK, 'switched off by watch.on', {})
-        facts = {'state': detector.state, 'learned': f'{detector.learned:.2f}',
-                 'blocks passed over': str(detector.passed_over),
-                 'false alarms an hour, at most': f'{detector.settings.false_alarms:g}'}
-        if not detector.alarms:
-            said = ('no balance changed' if detector.state == 'watching' else
-                    f'learning what is usual: {100.0 * detector.learned:.0f} %')
-            return OK, said, facts
-        alarms = sorted(detector.alarms.values(), key=lambda a: (a.sequence, -abs(a.deviations)))
-        for alarm in alarms:
-            facts[alarm.balance] = f'{alarm.seen}, seen at {alarm.sequence}'
-        said = f'changed: {", ".join(alarm.balance for alarm in alarms)}'
-        if self._located is not None:
-            facts['place'] = str(self._located)
-            said += f'; in: {" or ".join(self._located.places)}'
-        return WARN, said, facts
-
-
-def _joined(pieces: list) -> list:
-    """Join residuals that continue each other, as (sequence of the first, rows)."""
-    runs: list[list] = []
-    for sequence, rows in pieces:
-        if runs and runs[-1][1] == sequence:
-            runs[-1][1] += len(rows)
-            runs[-1][2].append(rows)
-        else:
-            runs.append([sequence, sequence + len(rows), [rows]])
-    return [(first, np.vstack(rows)) for first, _, rows in runs]
 
 
 def main(arguments: list[str] | None = None) -> int:

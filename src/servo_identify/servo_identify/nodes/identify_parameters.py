@@ -33,7 +33,7 @@ def declare(node: Node) -> None:
     """Declare all of them."""
     node.declare_parameter('servo_file', 'rv_bench', ParameterDescriptor(
         description='Servo file that the twin begins with: a path, or the name of a shipped one; '
-                    'afterwards the node follows what it loads itself', read_only=True))
+                    'afterwards the node follows what the twin says that it runs', read_only=True))
     node.declare_parameter('folder', '', ParameterDescriptor(
         description='Where retrained servo files go; empty: a folder that ends with the node',
         read_only=True))
