@@ -35,3 +35,11 @@ def test_evidence_counts_each_channel_in_proportion_and_blocks_as_observations(f
     assert gap(factor, size * factor).evidence(gap(1.0, size)) == pytest.approx(
         10 * np.log(factor), abs=1e-9)
     assert gap(factor, size).evidence(gap(1.0, size * factor)) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(left=st.floats(1e-4, 0.09), other=st.floats(1e-4, 0.09), size=st.floats(1e-3, 1e3))
+def test_what_the_best_form_of_an_effect_may_leave_tells_no_two_forms_apart(left, other, size):
+    whole = gap(size, size)
+    small, smaller = (gap(share * size, share * size) for share in (left, other))
+    assert small.evidence(smaller, whole) == pytest.approx(0.0, abs=1e-9)
+    assert whole.evidence(small, whole) == pytest.approx(10 * np.log(10.0), abs=1e-6)

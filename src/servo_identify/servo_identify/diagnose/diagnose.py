@@ -20,6 +20,7 @@ from .answer.evidence import Evidence
 from .answer.experiments import next_experiment
 from .answer.verdict import report_of
 from .checks import CannotDiagnose, check, usable
+from .contest import Contest
 from .decisions import EVEN
 from .diagnosis import Diagnosis
 from .handed import Handed, handed_in, selecting
@@ -61,13 +62,13 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     stages.begin('selection')
     found = explained(samples, without, stages.share)
     stages.begin('confidence')
-    found, rivals = preferred(found)
-    found = found.slim()
+    contest = Contest(*preferred(found)).slim()
     stages.begin('stability')
-    several = halves(found)
+    several = halves(contest.found)
     stages.begin('refit')
     try:
-        handed = handed_in(found, rivals, several, parts, bool(accepting), without, stages.share)
+        handed = contest.decided(lambda one, rivals, tick: handed_in(
+            one, rivals, several, parts, bool(accepting), without, tick), stages.share)
         stages.begin('comparison')
         evidence = _compared(servo, handed, several)
     except Diverged as problem:

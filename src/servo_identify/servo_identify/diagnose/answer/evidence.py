@@ -25,6 +25,7 @@ class Finding:
     A missing effect of the answer: its part, its confidence and rivals, what is added.
 
     ``instead`` is what halves of the recordings that do not name it name in its place.
+    ``beaten`` are rivals by the equations that the simulation speaks against.
     ``wave`` is what somebody adds behind the controller, where that is what its equation shows.
     """
 
@@ -34,11 +35,12 @@ class Finding:
     added: Added
     wave: AddedInput | None = None
     instead: tuple[tuple[Mechanism, float], ...] = ()
+    beaten: tuple[Mechanism, ...] = ()
 
 
 def names_of(found: Explained, one: Finding) -> list[Mechanism]:
-    """Return a finding, what it is a part of, and its rivals."""
-    return [one.part.mechanism, found.hypotheses[one.part.number].mechanism,
+    """Return a finding, what it is a part of, and its rivals by the equations."""
+    return [one.part.mechanism, found.hypotheses[one.part.number].mechanism, *one.beaten,
             *(rival.mechanism for rival in one.rivals)]
 
 

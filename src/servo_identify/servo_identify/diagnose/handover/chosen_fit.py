@@ -85,7 +85,8 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     stds |= held_spread(added, patch, scale)
     patch = signed(patch, stds, chosen.bags if chosen is not None else ())
     refit = joint.servo if joint is not None else (within.servo if within else servo)
-    gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap}
+    gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap,
+            'refit': trial.gap(refit) or given.gap}
     return Handover(servo, base, added, patch, refit, within.servo if within else servo, joint,
                     helps or added == tuple(outside), gaps, tuple(warnings), stds)
 

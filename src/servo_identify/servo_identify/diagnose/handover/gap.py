@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..decisions import CALIBRATED
+from ..decisions import CALIBRATED, FORM
 
 DRAWS = 400  # of blocks, behind an interval
 
@@ -43,13 +43,16 @@ class Gap:
                  for c in self.squares]
         return float(np.sqrt(np.mean(np.square(sizes)))) if sizes else 0.0
 
-    def evidence(self, other: Gap) -> float:
+    def evidence(self, other: Gap, whole: Gap | None = None) -> float:
         """
         Return by how much the simulation speaks for another twin, nats.
 
         Blocks count as observations, and all channels together as one: they show the same motion.
+        Of two forms of what closes a gap (``whole``) it does not matter which leaves less, where
+        both leave no more than the best form of an effect may be off.
         """
-        ratios = [self.rms(c) / max(other.rms(c), 1e-300) for c in self.squares]
+        least = {c: FORM * whole.rms(c) if whole else 1e-300 for c in self.squares}
+        ratios = [max(self.rms(c), least[c]) / max(other.rms(c), least[c]) for c in self.squares]
         nearer = float(np.mean(np.log(np.maximum(ratios, 1e-300)))) if ratios else 0.0
         return len(self.recording) * nearer
 

@@ -19,10 +19,12 @@ from .hysteresis import creep, hysteresis, rounded_loops
 from .loose_load import loose_load
 from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
+from .shape_search import SHAPES
 from .slip import slip
 
 BENDS = np.array((0.2, 0.35, 0.55, 0.75))
 """Shares of the largest torque up to which it may be softer: below, a clearance is alike."""
+KNEES = (0.1, 1.0)  # shares of the largest torque at which a lack of stiffness may be made up
 BEYOND = np.arange(0.1, 1.0, 0.1)  # shares from which it may be harder, or softer
 SOFT = (0.03, 0.1)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
@@ -42,7 +44,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         yield from filter(None, (_compliance(builder),))
     elif top > 0.0:  # beside an elasticity alone can one bend, or a clearance grow with the load
         yield from filter(None, (_bent(builder, top), _bent(builder, top, beyond=True),
-                                 _one_sided(builder),
+                                 _one_sided(builder), _softer(builder, top, residual),
                                  hysteresis(builder, top),
                                  rounded_loops(builder, top, residual),
                                  creep(builder, residual), _by_load(builder, top)))
@@ -185,6 +187,20 @@ def _bent(builder: Builder, top: float, beyond: bool = False) -> Hypothesis | No
     form = Form('load', 'N m', 'rad', lambda one: one.transmitted(), torsion)
     return builder.hypothesis(mechanism, builder.of_form('torsion', form), [1] * len(shares),
                               tuple(shares * top), either=True, form=form)
+
+
+def _softer(builder: Builder, top: float, residual: np.ndarray) -> Hypothesis | None:
+    """An elasticity that is softer at small torque, and smoothly becomes that of the file."""
+    mechanism = Mechanism('nonlinear_stiffness', 'mesh', 'mesh', ('load',), 'odd')
+
+    def of(knee: float) -> Form:
+        return Form('load', 'N m', 'rad', lambda one: one.transmitted(), lambda x: np.column_stack(
+            (x / np.sqrt(1.0 + (x / knee) ** 2), x / (1.0 + np.abs(x) / knee))))
+
+    knee = builder.best_shape(KNEES[0] * top, KNEES[1] * top, lambda number: builder.of_form(
+        'torsion', of(number)).table.sum(axis=1), residual)
+    return builder.hypothesis(mechanism, builder.of_form('torsion', of(knee)), [1, 1],
+                              (knee, knee), form=of(knee), tried=SHAPES)
 
 
 def _one_sided(builder: Builder) -> Hypothesis | None:

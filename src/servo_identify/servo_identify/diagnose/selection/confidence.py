@@ -74,12 +74,17 @@ def preferred(found: Explained) -> tuple[Explained, dict[int, tuple[float, list[
         confidence, rivals = known[number] = rivals_of(found, number)
         rival = surer(found.hypotheses[number].mechanism.name, confidence, rivals)
         if rival:
-            rest = found.explanation.smallest.choice.minus(number)
-            other = found.search.fitted(rest.plus(rival.number, rival.side))
-            found = replace(found, explanation=replace(found.explanation, smallest=other))
-            known = {}  # beside another member the others are as sure anew
+            # beside another member the others are to be judged again
+            found, known = exchanged(found, number, rival), {}
     return found, {number: known.get(number) or rivals_of(found, number)
                    for number in found.explanation.smallest.choice.numbers}
+
+
+def exchanged(found: Explained, number: int, rival: Rival) -> Explained:
+    """Return the answer with a rival in the place of a member."""
+    rest = found.explanation.smallest.choice.minus(number)
+    other = found.search.fitted(rest.plus(rival.number, rival.side))
+    return replace(found, explanation=replace(found.explanation, smallest=other))
 
 
 def surer(name: str, confidence: float, rivals: list[Rival]) -> Rival | None:

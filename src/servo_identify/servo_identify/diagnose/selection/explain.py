@@ -42,9 +42,13 @@ class Explained:
         """The hypotheses of the smallest set, in the order in which they were found."""
         return [self.hypotheses[n] for n in self.explanation.smallest.choice.numbers]
 
-    def slim(self) -> Explained:
-        """Return the same without the columns of what is not in the smallest set: much memory."""
-        chosen = self.explanation.smallest.choice.numbers
+    def slim(self, also: Collection[int] = ()) -> Explained:
+        """
+        Return the same without the columns of what is not in the smallest set: much memory.
+
+        Those of the hypotheses ``also``, by their numbers, are kept.
+        """
+        chosen = {*self.explanation.smallest.choice.numbers, *also}
         several = [one if number in chosen else replace(one, columns=one.columns.summed())
                    for number, one in enumerate(self.hypotheses)]
         self.search.regression.hypotheses = several
