@@ -1,5 +1,6 @@
 """Goals and services of the identify node that come at once, beside a twin that is slow: it ..."""
 
+from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, sleep
 
@@ -99,6 +100,16 @@ def test_it_refuses_a_budget_that_is_none(twin, budget):
     assert asked.result().status == GoalStatus.STATUS_ABORTED
     assert asked.result().result.message == (
         f'budget = {budget:g} s; it must be 0, for no limit, or more')
+
+
+@pytest.mark.parametrize(('bag', 'said'), [
+    ('~/nothing_here', f'{Path.home()}/nothing_here does not exist'),
+    ('~nobody_at_all/bag', '~nobody_at_all/bag: there is no such user'),
+    ('', "'' is no path: one of the bags is empty")])
+def test_it_takes_the_path_of_a_goal_as_a_shell_does(twin, bag, said):
+    _client, (asked,) = sent(twin, Retrain.Goal(bags=[bag]))
+    wait(asked.done)
+    assert asked.result().result.message == said
 
 
 def calls(twin, service, times):

@@ -164,7 +164,7 @@ class Jobs(Node):
         try:
             with self._alone():
                 folder = self._next_folder('diagnose')
-                output = Path(goal.output) if goal.output else folder / 'report'
+                output = _at(goal.output) if goal.output else folder / 'report'
                 servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
                 words = [str(servo), str(output), *self._bags(goal.bags, folder)]
                 feedback = Diagnose.Feedback(stage='starting')
@@ -333,10 +333,20 @@ class Jobs(Node):
     def _bags(self, bags: list[str], folder: Path) -> list[str]:
         """Return the bags that were named; none means those of the last minutes, one a stretch."""
         if bags:
-            return list(bags)
+            return [str(_at(bag)) for bag in bags]
         servo = servo_file.loads(self.models.running, 'the servo file that runs')
         return [str(write_recording(folder / one.name, one)) for one in self._ring.recordings(
             'running', servo.name, self.models.running)]
+
+
+def _at(path: str) -> Path:
+    """Return a path of a goal as a shell would, ~ for a home. Raises ValueError where none is."""
+    if not path:
+        raise ValueError("'' is no path: one of the bags is empty")
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        raise ValueError(f'{path}: there is no such user') from None
 
 
 def _left(seconds: float, progress: float, budget: float) -> float:
