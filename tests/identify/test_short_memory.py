@@ -47,7 +47,7 @@ def test_it_knows_a_shortage_by_the_words_of_ros_and_of_threads():
 def test_it_spins_on_where_ros_has_no_memory_and_gives_up_after_long(shortage, monkeypatch, capfd):
     turns = []
 
-    def spin(_):
+    def spin(*_):
         turns.append(1)
         if len(turns) < 4:
             short()

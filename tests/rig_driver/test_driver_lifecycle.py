@@ -197,6 +197,14 @@ def test_it_judges_parameters_while_it_is_configured(led):
     assert 'clean the node up first' in hands.set('sync_period', 0.005).reason
 
 
+def test_it_refuses_a_value_of_a_type_that_ros_does_not_have(led):
+    _, _, hands = led
+    told = hands.call(SetParameters, 'set_parameters', parameters=[
+        Parameter(name='limit.current', value=ParameterValue(type=77))]).results[0]
+    assert not told.successful and 'cannot be undeclared' in told.reason
+    assert hands.set('limit.current', 4.0).successful
+
+
 def test_it_describes_every_parameter_with_unit_and_range(led):
     _, _, hands = led
     names = [declared.name for declared in DECLARED]

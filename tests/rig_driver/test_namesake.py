@@ -17,6 +17,7 @@ pytestmark = pytest.mark.ros
 ADAPTER = ['servo_rig_driver.adapter.adapter_node', '-p', 'mapping:=ros2_control_joint',
            '-p', 'joint:=hip']
 TWIN = ['servo_twin.nodes.twin_node', '-p', 'servo_file:=rv_bench']
+IDENTIFY = ['servo_identify.nodes.identify_node']
 RECORDER = ['servo_rig_driver.record.recorder_node']
 
 
@@ -46,7 +47,8 @@ def test_a_second_driver_of_a_namespace_leaves_its_motor_alone(tmp_path):
             ears.close()
 
 
-@pytest.mark.parametrize('words', [ADAPTER, TWIN, RECORDER], ids=['adapter', 'twin', 'recorder'])
+@pytest.mark.parametrize('words', [ADAPTER, TWIN, RECORDER, IDENTIFY],
+                         ids=['adapter', 'twin', 'recorder', 'identify'])
 def test_a_second_one_of_a_namespace_ends_and_says_why(words, tmp_path):
     name = f'twice_{words[0].rpartition(".")[2]}'
 

@@ -20,6 +20,7 @@ from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 from std_msgs.msg import String
 
+from servo_rig_driver.record.growing_bag import RecordingFile
 from servo_rig_driver.record.last_messages import take_what_has_come
 from servo_rig_driver.record.sequence_loss import block_of, SequenceWatch
 from servo_twin.bag import read_recording
@@ -332,3 +333,12 @@ def test_its_memory_does_not_grow_with_what_it_has_written(tmp_path):
     with (tmp_path / 'bag' / 'bag.mcap').open('rb') as file:
         indexes = make_reader(file).get_summary().chunk_indexes
     assert [one.message_start_time for one in indexes] == list(range(chunks))
+
+
+def test_what_another_recorder_made_meanwhile_is_left_to_that_one(tmp_path, monkeypatch):
+    bag = tmp_path / 'bag'
+    bag.mkdir()
+    monkeypatch.setattr(Path, 'exists', lambda _: False)  # as when both have looked
+    with pytest.raises(FileExistsError, match='exists already; choose another output'):
+        RecordingFile(bag, {'/note': 'std_msgs/msg/String'}, [])
+    assert not list(bag.iterdir())

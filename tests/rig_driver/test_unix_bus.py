@@ -194,6 +194,15 @@ def test_a_second_hub_on_the_same_path_is_refused(hub, path):
         CanHub(path)
 
 
+def test_a_file_that_is_no_socket_is_left_as_it_is(tmp_path):
+    file = tmp_path / 'servo.yaml'
+    file.write_text('servo: mine')
+    for place in (file, tmp_path):
+        with pytest.raises(FileExistsError, match='is no socket, and no bus takes its place'):
+            CanHub(str(place))
+    assert file.read_text() == 'servo: mine'
+
+
 def test_only_its_user_may_open_the_bus(hub, path):
     assert Path(path).stat().st_mode & 0o777 == 0o600
 

@@ -44,3 +44,8 @@ def test_what_is_far_too_long_for_a_servo_is_refused_without_reading_it_all(tmp_
         file.truncate(1 << 43)  # of zeros, which take no room on the disk
     with pytest.raises(ServoError, match='bag.mcap: it is too long; a servo file has at most'):
         servo_file.load(tmp_path / 'bag.mcap')
+
+
+def test_the_home_of_a_user_that_there_is_not_is_named():
+    with pytest.raises(ServoError, match='^~nobody_at_all/x.yaml: cannot be read: there is no su'):
+        shipped.servo_file('~nobody_at_all/x.yaml')

@@ -10,7 +10,8 @@ from types import SimpleNamespace
 from lifecycle_msgs.msg import Transition
 import numpy as np
 import pytest
-from rcl_interfaces.srv import DescribeParameters, GetParameters
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, SetParameters
 import rclpy
 from twin_graph import BENCH, ends_of, PERIOD, samples
 
@@ -58,6 +59,10 @@ def test_it_takes_a_value_from_the_next_sample_on_and_says_what_it_refuses(graph
 
     refused = rig.set('effects.bearing.level', -1.0)
     assert not refused.successful and 'effects.bearing.level' in refused.reason
+    strange = Parameter(name='drive.gain', value=ParameterValue(type=77))  # ROS has 10 types
+    refused = rig.ask(SetParameters, 'twin/set_parameters',
+                      SetParameters.Request(parameters=[strange])).results[0]
+    assert not refused.successful and 'cannot be undeclared' in refused.reason
     refused = rig.set('mode', 'closed_loop')
     assert not refused.successful and 'closed_loop needs a controller' in refused.reason
     refused = rig.set('servo_file', 'elsewhere.yaml')

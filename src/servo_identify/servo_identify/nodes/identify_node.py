@@ -20,6 +20,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 import rclpy
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from servo_twin.description import servo_file
@@ -27,6 +28,7 @@ from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.free_output import free_output
 from servo_twin.nodes.given_parameters import cannot_start, refuse_unknown, UNFIT
+from servo_twin.nodes.namesake import Namesake, PROCESS
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
@@ -60,6 +62,7 @@ class IdentifyNode(Node):
     def __init__(self, scratch: Path, shortage: Shortage) -> None:
         super().__init__('identify')
         self.shortage = shortage
+        self.finished: Future = Future()  # another node of this name began before it
         identify_parameters.declare(self)
         refuse_unknown(self)
         text = servo_at(value(self, 'servo_file')).read_text()
@@ -85,6 +88,7 @@ class IdentifyNode(Node):
                                  guarded(self._compare, self._watch.begin_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
         self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
+        self._namesake = Namesake(self, self.finished.set_result)
         self._twin = f'{self.get_namespace().rstrip("/")}/twin'
         self.create_subscription(Event, 'events', guarded(self._follow), EVENTS)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
@@ -208,6 +212,7 @@ class IdentifyNode(Node):
         name = self.get_fully_qualified_name()
         statuses = [conversion.to_status(name, 'changes', *self._watch.health()),
                     conversion.to_status(name, 'models', OK, self.models.sentence, {
+                        PROCESS: self._namesake.process,
                         'loads': str(self.models.loads), 'returns': str(self.models.returns),
                         'on trial': 'yes' if self.models.trial else 'no',
                         'samples kept': str(len(self.ring))}),
@@ -220,7 +225,7 @@ class IdentifyNode(Node):
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the identify node until it is told to stop; 1: no memory, 2: a bad file or parameter."""
+    """Run the identify node until told to stop; 1: no memory, or namesake, 2: a bad parameter."""
     if asked_for_help('identify_node', __doc__, 'config/identify.yaml'):
         return 0
     free_output()
@@ -233,7 +238,7 @@ def main(arguments: list[str] | None = None) -> int:
         executor = EventsExecutor()
         executor.add_node(node)
         try:
-            return shortage.spin(ending, executor)
+            return shortage.spin(ending, executor, node.finished)
         finally:
             node.close()
             executor.remove_node(node)

@@ -30,6 +30,7 @@ from .short_memory import is_shortage, SAID, Shortage, WAIT
 
 LOOK_EVERY = 0.1  # s between two looks at a job
 _LOADING = 60.0  # s that the twin may take to compile and load
+_RUNS = 'refused: a job is running; cancel it or wait'
 
 
 class Jobs(Node):
@@ -49,6 +50,7 @@ class Jobs(Node):
         self._ring, self._folder, self._loaded = ring, folder, loaded
         # what somebody asked for waits while a trial is judged, and is refused beside another
         self._asked, self._busy, self._closing = Lock(), Lock(), Event()
+        self._loads = Lock()
         self._number = 0
         self._augmented: Path | None = None
         group = ReentrantCallbackGroup()
@@ -90,9 +92,24 @@ class Jobs(Node):
 
     def _take(self, _: object) -> GoalResponse:
         if self._asked.locked():
-            self.get_logger().warning('refused: a job is running; cancel it or wait')
+            self.get_logger().warning(_RUNS)
             return GoalResponse.REJECT
         return GoalResponse.ACCEPT
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """
+        Hold what a job holds alone, once no trial is judged any more.
+
+        Raises ValueError beside another job: goals of one moment are all accepted.
+        """
+        if not self._asked.acquire(blocking=False):
+            raise ValueError(_RUNS)
+        try:
+            with self._busy:
+                yield
+        finally:
+            self._asked.release()
 
     # Retraining.
 
@@ -101,8 +118,11 @@ class Jobs(Node):
         nan = float('nan')
         result.loss_before = result.loss_after = nan
         feedback = Retrain.Feedback(stage='starting', loss=nan, time_left=nan)
-        with self._asked, self._busy:
-            try:
+        try:
+            if not goal.budget >= 0.0:
+                raise ValueError(f'budget = {goal.budget:g} s; it must be 0, for no limit, '
+                                 'or more')
+            with self._alone():
                 folder = self._next_folder('retrain')
                 spec, output = folder / 'spec.json', folder / 'servo.yaml'
                 spec.write_text(json.dumps({
@@ -130,10 +150,10 @@ class Jobs(Node):
                 if goal.load:
                     result.message += '; ' + self.load(result.servo_file)
                 result.success = True
-            except (ValueError, OSError) as problem:
-                result.message = str(problem)
-            except (MemoryError, RuntimeError) as problem:
-                result.message = self._short(problem)
+        except (ValueError, OSError) as problem:
+            result.message = str(problem)
+        except (MemoryError, RuntimeError) as problem:
+            result.message = self._short(problem)
         _finish(handle, result.success)
         return result
 
@@ -141,10 +161,10 @@ class Jobs(Node):
 
     def _diagnose(self, handle: ServerGoalHandle) -> Diagnose.Result:
         goal, result = handle.request, Diagnose.Result()
-        with self._asked, self._busy:
-            try:
+        try:
+            with self._alone():
                 folder = self._next_folder('diagnose')
-                output = Path(goal.output) if goal.output else folder / 'report'
+                output = _at(goal.output) if goal.output else folder / 'report'
                 servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
                 words = [str(servo), str(output), *self._bags(goal.bags, folder)]
                 feedback = Diagnose.Feedback(stage='starting')
@@ -162,10 +182,10 @@ class Jobs(Node):
                 self._augmented = output / 'augmented.yaml'
                 result.message = json.loads(result.report)['verdict']['sentence']
                 result.success = True
-            except (ValueError, KeyError, OSError) as problem:
-                result.message = str(problem)
-            except (MemoryError, RuntimeError) as problem:
-                result.message = self._short(problem)
+        except (ValueError, KeyError, OSError) as problem:
+            result.message = str(problem)
+        except (MemoryError, RuntimeError) as problem:
+            result.message = self._short(problem)
         _finish(handle, result.success)
         return result
 
@@ -173,18 +193,20 @@ class Jobs(Node):
 
     def load(self, text: str) -> str:
         """Have the twin run a servo file; raises ValueError with what it says against it."""
-        answer = self._ask(text)
-        self.models.loaded(text, answer.previous, self._ring.next)
+        with self._giving():
+            answer = self._ask(text)
+            self.models.loaded(text, answer.previous, self._ring.next)
         self._loaded()
         return answer.message
 
     def return_to_previous(self, why: str) -> str:
         """Have the twin run the file before; raises ValueError when it does not."""
-        if not self.models.previous:
-            raise ValueError('there is no servo file to go back to: none was loaded from here')
-        back = self.models.previous
-        answer = self._ask(back)
-        self.models.returned(back, answer.previous, why)
+        with self._giving():
+            if not self.models.previous:
+                raise ValueError('there is no servo file to go back to: none was loaded from here')
+            back = self.models.previous
+            answer = self._ask(back)
+            self.models.returned(back, answer.previous, why)
         self._loaded()
         return answer.message
 
@@ -220,6 +242,20 @@ class Jobs(Node):
         finally:
             self._busy.release()
 
+    @contextmanager
+    def _giving(self) -> Iterator[None]:
+        """
+        Give the twin one file at a time; raises ValueError while another one is on its way.
+
+        Who waited would take the threads away by which the twin's answer comes.
+        """
+        if not self._loads.acquire(blocking=False):
+            raise ValueError('refused: the twin is just being given a servo file; wait for that')
+        try:
+            yield
+        finally:
+            self._loads.release()
+
     def _ask(self, text: str) -> LoadServo.Response:
         if not self._twin.wait_for_service(5.0):
             raise ValueError('no twin runs here: its service twin/load_servo is not there')
@@ -227,11 +263,17 @@ class Jobs(Node):
         self.models.asks(text)
         future = self._twin.call_async(LoadServo.Request(content=text))
         future.add_done_callback(lambda _: answered.set())
-        if answered.wait(_LOADING) and future.result().success:
+        until = time.monotonic() + _LOADING
+        while not (answered.wait(LOOK_EVERY) or self._closing.is_set()
+                   or time.monotonic() > until):
+            pass
+        if answered.is_set() and future.result().success:
             return future.result()
         self.models.asks('')
         if not answered.is_set():
-            raise ValueError(f'the twin did not answer within {_LOADING:g} s')
+            raise ValueError('this node ends, and the twin has not answered yet'
+                             if self._closing.is_set() else
+                             f'the twin did not answer within {_LOADING:g} s')
         raise ValueError(f'the twin refused the servo file: {future.result().message}')
 
     def _go_back(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -291,10 +333,20 @@ class Jobs(Node):
     def _bags(self, bags: list[str], folder: Path) -> list[str]:
         """Return the bags that were named; none means those of the last minutes, one a stretch."""
         if bags:
-            return list(bags)
+            return [str(_at(bag)) for bag in bags]
         servo = servo_file.loads(self.models.running, 'the servo file that runs')
         return [str(write_recording(folder / one.name, one)) for one in self._ring.recordings(
             'running', servo.name, self.models.running)]
+
+
+def _at(path: str) -> Path:
+    """Return a path of a goal as a shell would, ~ for a home. Raises ValueError where none is."""
+    if not path:
+        raise ValueError("'' is no path: one of the bags is empty")
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        raise ValueError(f'{path}: there is no such user') from None
 
 
 def _left(seconds: float, progress: float, budget: float) -> float:

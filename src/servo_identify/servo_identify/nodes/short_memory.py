@@ -72,16 +72,20 @@ class Shortage:
 
         return call
 
-    def spin(self, ending: Ending, executor: Any) -> int:
+    def spin(self, ending: Ending, executor: Any, over: Any = None) -> int:
         """
         Spin until the process is to end; 0, or 1 where ROS gets no memory for a long time.
 
-        ROS takes memory for each message before any callback hears of it.
+        1 as well once the future ``over`` is done, which holds a sentence. ROS takes memory for
+        each message before any callback hears of it.
         """
         since = monotonic()
         while True:
             try:
-                ending.spin(executor)
+                ending.spin(executor, over)
+                if over is not None and over.done():
+                    print(f'identify_node: {over.result()}', file=sys.stderr)
+                    return 1
                 return 0
             except Exception as problem:
                 if not is_shortage(problem):

@@ -49,17 +49,14 @@ class CanHub:
     Serves the bus whose socket is ``path``.
 
     ``passed``, ``refused``, ``late`` (given back) and ``overdue`` (of one client) count packets,
-    ``dropped`` clients that did not read.
-    Raises OSError when another hub serves the path already; a socket left by a killed hub is
-    replaced.
+    ``dropped`` clients that did not read. Raises OSError where another hub serves, or what is no
+    socket lies; a socket left by a killed hub is replaced.
     """
 
     def __init__(self, path: str) -> None:
         self.path = Path(check_path(path))
-        self.passed = 0
-        self.refused = 0
+        self.passed = self.refused = self.dropped = 0
         self.late = self.overdue = 0
-        self.dropped = 0
         self._clients: dict[int, _Client] = {}
         self._joined = 0
         self._ends_at: float | None = None
@@ -72,6 +69,9 @@ class CanHub:
 
     def _listen(self) -> socket.socket:
         if self.path.exists():
+            if not self.path.is_socket():  # it refuses a connection as a dead socket does
+                raise FileExistsError(f'{self.path} is no socket, and no bus takes its place; '
+                                      'choose another path, or remove it')
             with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
                 try:
                     probe.connect(str(self.path))

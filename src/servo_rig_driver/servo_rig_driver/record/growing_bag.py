@@ -18,7 +18,13 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import (
+    CompressionFormat,
+    CompressionMode,
+    StoragePlugin,
+    Writer,
+    WriterError,
+)
 
 from .chunk_index import ChunkIndex
 from .message_definitions import commented, typestore
@@ -45,16 +51,20 @@ class RecordingFile:
     def __init__(self, path: Path, topics: dict[str, str], shares: list[Path],
                  latched: frozenset[str] = frozenset(), chunk_bytes: int = 1 << 20,
                  chunk_seconds: float = 0.5) -> None:
+        there = f'{path} exists already; choose another output or remove it'
         if path.exists():
-            raise FileExistsError(f'{path} exists already; choose another output or remove it')
+            raise FileExistsError(there)
         self.path = path
         self.counts = dict.fromkeys(topics, 0)
         self._chunk_bytes, self._chunk_seconds = chunk_bytes, chunk_seconds
         self._began: float | None = None
         types = typestore(sorted(set(topics.values())), shares)
-        self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        self._writer.open()
+        try:
+            self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.open()
+        except (WriterError, FileExistsError):  # another one has made it meanwhile
+            raise FileExistsError(there) from None
         self._index = self._writer.storage.chunks = ChunkIndex(path)
         self._connections: dict[str, Connection] = {
             topic: self._writer.add_connection(

@@ -30,7 +30,10 @@ def servo_file(name_or_path: str | Path) -> Path:
     the same file by the same rule (servo_rig_driver.record.servo_name). Raises ServoError for a
     name that is not shipped and for a path that does not exist.
     """
-    path = Path(name_or_path).expanduser()
+    try:
+        path = Path(name_or_path).expanduser()
+    except RuntimeError:
+        raise ServoError(f'{name_or_path}: cannot be read: there is no such user') from None
     if not path.suffix and len(path.parts) == 1 and not path.is_file():
         return shipped(f'servos/{path.name}.yaml')
     if not path.is_file():

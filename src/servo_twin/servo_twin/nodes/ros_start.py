@@ -17,6 +17,7 @@ import sys
 from ament_index_python.packages import get_package_share_directory, PackageNotFoundError
 import rclpy
 from rclpy._rclpy_pybind11 import RCLError, UnknownROSArgsError
+from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 TRANSPORTS, UDP = 'FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4'
@@ -31,8 +32,12 @@ def start_ros(arguments: list[str] | None = None) -> None:
 
     Arguments that ROS cannot read, such as a parameter file that is no YAML, end the process with
     status 2 and a sentence.
+
+    A parameter that is set to a value of a type that ROS does not have is refused as one without a
+    value: rclpy raises ValueError out of the executor, which ends the process.
     """
     os.environ.update(udp_alone(os.environ))
+    Parameter.Type._missing_ = lambda _: Parameter.Type.NOT_SET
     try:
         rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     except (RCLError, UnknownROSArgsError) as error:
