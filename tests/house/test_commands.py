@@ -82,6 +82,15 @@ def test_it_ends_without_a_word_where_nobody_reads_on(words):
         assert process.returncode == 141  # 1 would say that a finding is red
 
 
+def test_it_says_in_a_sentence_that_memory_is_short(monkeypatch, capsys):
+    def full(*_args):
+        raise MemoryError
+
+    monkeypatch.setattr('servo_twin.commands.parameters.main', full)
+    assert twin(['parameters']) == 2
+    assert 'this machine has too little memory' in capsys.readouterr().err
+
+
 def test_there_is_one_version():
     said = {ElementTree.parse(path).findtext('version') for path in ROOT.glob('src/*/package.xml')}
     first = re.search(r'^## (\d+\.\d+\.\d+)', (ROOT / 'CHANGELOG.md').read_text(), re.MULTILINE)

@@ -100,6 +100,9 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
         return 141  # as of a program that SIGPIPE ended; 1 is an answer of some commands
     except (ValueError, KeyError, OSError) as problem:
         end['error'] = say(problem)
+    except MemoryError as problem:
+        end['error'] = say(MemoryError('this machine has too little memory for it; take fewer or '
+                                       f'shorter recordings ({problem or "no number is told"})'))
     except KeyboardInterrupt:
         status = 130
     try:
