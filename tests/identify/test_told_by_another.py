@@ -49,11 +49,11 @@ def test_it_asks_whether_two_encoders_are_one(good, late):
     assert ('5 ms before, motor' in found.sentence) == (late < 0)
 
 
-def test_it_asks_whether_an_encoder_was_read_at_all(good):
+@pytest.mark.parametrize(('name', 'ratio'), [('motor_position', RATIO), ('load_position', 1.0)])
+def test_it_asks_whether_an_encoder_was_read_at_all(good, name, ratio):
     place = np.cumsum(good['reference_velocity']) * good.period
-    found, = said(good, 'was no encoder read?', reference_position=place,
-                  motor_position=RATIO * place)
-    assert found.level == 'amber'
+    found, = said(good, 'was no encoder read?', reference_position=place, **{name: ratio * place})
+    assert found.level == 'amber' and found.sentence.split(': ')[1].startswith(name)
 
 
 @pytest.mark.parametrize('name', ['motor_position', 'load_position', 'current', 'torque'])
