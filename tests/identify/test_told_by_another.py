@@ -56,6 +56,14 @@ def test_it_asks_whether_an_encoder_was_read_at_all(good, name, ratio):
     assert found.level == 'amber' and found.sentence.split(': ')[1].startswith(name)
 
 
+@pytest.mark.parametrize(('celsius', 'words'), [
+    (298.0, 'is it in K?'), (4100.0, 'is it in K?'), (-4100.0, 'a count of the sensor?')])
+def test_it_asks_in_which_unit_a_temperature_is_that_no_servo_has(good, celsius, words):
+    found, = said(good, words, temperature=celsius + np.arange(len(good)) * 1e-4)
+    assert found.level == 'amber' and 'offset' in found.action
+    assert not said(good, 'temperature', temperature=np.full(len(good), 155.0))
+
+
 @pytest.mark.parametrize('name', ['motor_position', 'load_position', 'current', 'torque'])
 @pytest.mark.parametrize('rows', [3, 20])
 def test_it_says_how_long_a_value_is_held(good, name, rows):

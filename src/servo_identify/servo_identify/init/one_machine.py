@@ -9,10 +9,10 @@ import tempfile
 
 from servo_twin.description import servo_file
 from servo_twin.physics.servo import ServoError
+from servo_twin.physics.step_limit import doubt_of_ratio
 from servo_twin.recording.recording import Recording
 
 from ..data.finding import Finding
-from ..data.plausibility import doubt_of_ratio
 from ..data.reading import read_recordings
 from ..data.recording_check import check
 from .asking import choose_columns, complete, not_asked_for, with_command
