@@ -21,7 +21,7 @@ from .given_columns import given_columns
 from .hints import phases
 from .joint_choice import choose_joint
 from .left_out import left_out, other_angles, reasons, remarks
-from .machine import flags, Machine
+from .machine import flag, flags, Machine, SECTIONS
 from .next_step import UNUSED, what_it_tells
 from .proposals import doubt_of_time, needs_mapping, Proposal, proposed, sampled_less_often
 from .questions import Ask
@@ -180,6 +180,11 @@ def _machine(wanted: Wanted) -> Machine:
                 machine.give(f'{section}.{value}', text)
             else:
                 machine.texts[f'{section}.{value}'] = text
+    loop = [flag(path) for path in machine.texts if path.startswith('controller.')]
+    if loop and 'controller' not in machine.parts:
+        kinds = ', '.join(kind for kind in SECTIONS['controller'] if kind != 'none')
+        raise ValueError(f'{", ".join(loop)}: of which controller? Say --controller, one of '
+                         f'{kinds}')
     return machine
 
 
