@@ -82,6 +82,29 @@ def test_it_ends_without_a_word_where_nobody_reads_on(words):
         assert process.returncode == 141  # 1 would say that a finding is red
 
 
+@pytest.mark.parametrize('words', [
+    ['init', 'run.csv', '-o', 'run.csv'],
+    ['init', 'run.csv', '-o', 's', '--mapping-out', 'run.csv'],
+    ['fit', '*.csv', '--servo', 'rv_plain', '-o', '../here/run.csv'],
+    ['check', 'run.csv', '--servo', 'rv_plain', '--json', 'run.csv']])
+def test_it_never_writes_over_the_data_that_it_reads(words, tmp_path, monkeypatch, capsys):
+    (tmp_path / 'here').mkdir()
+    monkeypatch.chdir(tmp_path / 'here')
+    Path('run.csv').write_text('t,motor_position\n0,0\n')
+    assert identify([*words, '--force']) == 2
+    assert 'run.csv is a file that is read' in capsys.readouterr().err
+    assert Path('run.csv').read_text() == 't,motor_position\n0,0\n'
+
+
+def test_it_says_in_a_sentence_that_memory_is_short(monkeypatch, capsys):
+    def full(*_args):
+        raise MemoryError
+
+    monkeypatch.setattr('servo_twin.commands.parameters.main', full)
+    assert twin(['parameters']) == 2
+    assert 'this machine has too little memory' in capsys.readouterr().err
+
+
 def test_there_is_one_version():
     said = {ElementTree.parse(path).findtext('version') for path in ROOT.glob('src/*/package.xml')}
     first = re.search(r'^## (\d+\.\d+\.\d+)', (ROOT / 'CHANGELOG.md').read_text(), re.MULTILINE)

@@ -47,6 +47,19 @@ def test_it_asks_whether_a_ratio_below_one_was_meant_the_other_way_round(run, tm
     assert 'turns of the motor for one of the load: is it 50?' in capsys.readouterr().err
 
 
+def test_it_takes_any_name_of_a_servo(run, tmp_path):
+    data, given = write(tmp_path / 'a.csv', run), "arm's 2nd: joint #3 {left}"
+    assert init(data, tmp_path, '--name', given, '--si', '--column', 'motor_position=theta',
+                '--mechanism', 'rigid') == 0
+    assert load(tmp_path / 'new' / 's.yaml').name == given
+
+
+def test_it_asks_of_which_controller_a_gain_is(run, tmp_path, capsys):
+    data = write(tmp_path / 'a.csv', run)
+    assert init(data, tmp_path, '--kp', '3 V s/rad', '--si') == 2
+    assert '--kp: of which controller? Say --controller, one of vel' in capsys.readouterr().err
+
+
 def test_it_names_all_that_is_missing_at_once_and_writes_nothing(run, tmp_path, capsys):
     data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'theta')})
     assert main(['init', str(data), '-o', str(tmp_path / 's.yaml'), '--no-questions',

@@ -13,6 +13,7 @@ from servo_identify.fit.output_error import fit
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
+from servo_twin.physics.controllers import Open
 from servo_twin.physics.servo import Placed, ServoError
 
 BENCH = servo_file.load(Path(__file__).parents[2] / 'config/servos/rv_bench.yaml')
@@ -148,6 +149,15 @@ def test_it_names_the_column_that_a_mode_needs():
     recording = sampled(BENCH, np.full(500, np.nan))
     with pytest.raises(ValueError, match="needs the column 'voltage'"):
         fit(BENCH, [recording], ['mechanism.stiffness'])
+    with pytest.raises(ValueError, match="'closed_loop' needs the column 'reference_velocity'"):
+        fit(BENCH, [sampled(BENCH, swings())], ['mechanism.stiffness'], mode='closed_loop')
+
+
+def test_it_closes_no_loop_of_a_servo_without_a_controller():
+    bare = replace(BENCH, controller=Open, values={
+        path: value for path, value in BENCH.values.items() if 'controller' not in path})
+    with pytest.raises(ValueError, match=f'{BENCH.name} has none; other modes are'):
+        fit(bare, [sampled(BENCH, swings())], ['mechanism.stiffness'], mode='closed_loop')
 
 
 def test_it_refuses_recordings_without_motion_and_those_of_a_few_samples():

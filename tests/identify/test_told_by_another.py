@@ -49,11 +49,19 @@ def test_it_asks_whether_two_encoders_are_one(good, late):
     assert ('5 ms before, motor' in found.sentence) == (late < 0)
 
 
-def test_it_asks_whether_an_encoder_was_read_at_all(good):
+@pytest.mark.parametrize(('name', 'ratio'), [('motor_position', RATIO), ('load_position', 1.0)])
+def test_it_asks_whether_an_encoder_was_read_at_all(good, name, ratio):
     place = np.cumsum(good['reference_velocity']) * good.period
-    found, = said(good, 'was no encoder read?', reference_position=place,
-                  motor_position=RATIO * place)
-    assert found.level == 'amber'
+    found, = said(good, 'was no encoder read?', reference_position=place, **{name: ratio * place})
+    assert found.level == 'amber' and found.sentence.split(': ')[1].startswith(name)
+
+
+@pytest.mark.parametrize(('celsius', 'words'), [
+    (298.0, 'is it in K?'), (4100.0, 'is it in K?'), (-4100.0, 'a count of the sensor?')])
+def test_it_asks_in_which_unit_a_temperature_is_that_no_servo_has(good, celsius, words):
+    found, = said(good, words, temperature=celsius + np.arange(len(good)) * 1e-4)
+    assert found.level == 'amber' and 'offset' in found.action
+    assert not said(good, 'temperature', temperature=np.full(len(good), 155.0))
 
 
 @pytest.mark.parametrize('name', ['motor_position', 'load_position', 'current', 'torque'])

@@ -118,6 +118,14 @@ def test_without_mujoco_an_export_runs_the_equation(tmp_path, capsys, monkeypatc
     (['export', 'xl330', '--format', 'mjcf', '-o', 'there.yaml'], '--force'),
     (['export', 'xl330', '--format', 'mjcf', '--timestep', '0', '-o', 'S'], '--timestep 0'),
     (['export', 'xl330', '--format', 'mjcf', '--range', '1', '1', '-o', 'S'], '--range 1 1'),
+    (['export', 'xl330', '--format', 'mjcf', '--duration', '1e9', '-o', 'S'], '10 to 1e+07'),
+    (['export', 'xl330', '--format', 'mjcf', '--frequency', '1e6', '-o', 'S'], '--frequency'),
+    (['from-urdf', 'URDF', '--joint', 'elbow', '--kp', 'nan', '-o', 'S'], '--kp nan'),
+    (['from-urdf', 'URDF', '--joint', 'elbow', '--kp', '-5', '-o', 'S'], '--kp -5'),
+    (['from-urdf', 'URDF', '--joint', 'elbow', '--torque-limit', 'nan', '-o', 'S'],
+     '--torque-limit nan'),
+    (['from-urdf', 'URDF', '--joint', 'elbow', '--gravity', 'nan', '-o', 'S'], '--gravity nan'),
+    (['from-urdf', 'URDF', '--joint', 'elbow', '--at', 'finger=nan', '-o', 'S'], '--at finger'),
     (['export', 'feed_drive', '--format', 'mjcf', '-o', 'S'], 'loops of its own'),
 ])
 def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, capsys, monkeypatch,
@@ -125,7 +133,8 @@ def test_what_cannot_be_is_refused_before_anything_is_written(tmp_path, capsys, 
     monkeypatch.chdir(tmp_path)
     Path('there.yaml').write_text('mine')
     try:
-        status = run(*(str(ROBOTS / 'arm.xml') if word == 'ARM' else word for word in words))
+        status = run(*({'ARM': ROBOTS / 'arm.xml', 'URDF': ROBOTS / 'arm.urdf'}.get(word, word)
+                       for word in words))
     except SystemExit as end:  # what argparse itself refuses
         status = end.code
     assert status == 2

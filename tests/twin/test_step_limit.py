@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 import re
 
@@ -190,3 +191,10 @@ def test_what_is_let_pass_keeps_its_energy(stiffness, ratio, rotor, load, step):
     # the modified energy of the scheme bounds the torque: Hairer, Lubich, Wanner, sec. IX
     most = stiffness / np.sqrt(swing_of_two) / np.sqrt(1.0 - step**2 * swing_of_two / 4.0)
     assert np.abs(y[:, 2]).max() <= 1.01 * most + 1e-9 * stiffness * np.abs(y[:, 1]).max()
+
+
+@pytest.mark.parametrize(('ratio', 'asked'), [(1.0 / 30.0, 'is it 30?'), (2.0, '')])
+def test_a_step_that_is_too_long_asks_for_a_ratio_that_is_the_other_way_round(ratio, asked):
+    with pytest.raises(ServoError) as problem:
+        check_step(replace(machine(mechanism__ratio=ratio), step=0.1))
+    assert str(problem.value).endswith(asked or 'less stiffness and damping')

@@ -9,7 +9,7 @@ mujoco = pytest.importorskip('mujoco')
 
 from servo_twin.simulators.from_model.as_servo import servo_of  # noqa: E402
 from servo_twin.simulators.from_model.mujoco_joint import joint_of  # noqa: E402
-from servo_twin.simulators.from_model.urdf_model import joint_of_urdf  # noqa: E402
+from servo_twin.simulators.from_model.urdf_model import joint_of_urdf, moving_joints  # noqa: E402
 from servo_twin.simulators.joint import ModelError  # noqa: E402
 from servo_twin.simulators.mujoco_model import compiled  # noqa: E402
 
@@ -230,3 +230,11 @@ def test_it_knows_what_xacro_left_from_what_a_comment_keeps(tmp_path):
     assert joint_of_urdf(kept, 'j')[0].inertia == pytest.approx(0.02)
     with pytest.raises(ModelError, match='this is a xacro file'):
         joint_of_urdf(two_links(tmp_path, INERTIAL.replace('"1"', '"${mass}"'), ''), 'j')
+
+
+@pytest.mark.parametrize('encoding', ['iso-8859-1', 'utf-16', 'utf-8-sig'])
+def test_a_urdf_is_read_in_its_own_encoding(tmp_path, encoding):
+    declared = f'<?xml version="1.0" encoding="{encoding.removesuffix("-sig")}"?>'
+    text = (ROBOTS / 'arm.urdf').read_text().replace('<?xml version="1.0"?>', declared)
+    (tmp_path / 'r.urdf').write_text(text.replace('"elbow"', '"Ärmel"'), encoding)
+    assert moving_joints(tmp_path / 'r.urdf')[1] == 'Ärmel'

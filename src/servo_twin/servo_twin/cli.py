@@ -75,7 +75,7 @@ def dispatch(program: str, about: str, commands: dict[str, tuple[str, str]], pac
 
 def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: str) -> int:
     """Run a subcommand; with `--json -` what people read goes to stderr."""
-    from .commands.terminal import judged_file, write_json
+    from .commands.terminal import judged_file, spare_what_is_read, write_json
 
     def say(problem: Exception) -> str:
         said = str(problem.args[0] if isinstance(problem, KeyError) else problem)
@@ -86,6 +86,7 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
     arguments.write_json = partial(write_json, arguments, stdout, {
         'made_by': f'{program} {name} {_version(program)}'})
     try:
+        spare_what_is_read(arguments)
         if arguments.json not in (None, '-'):
             judged_file(arguments.json, arguments.force)
     except (ValueError, OSError) as problem:
@@ -100,6 +101,9 @@ def _run(module: ModuleType, arguments: argparse.Namespace, program: str, name: 
         return 141  # as of a program that SIGPIPE ended; 1 is an answer of some commands
     except (ValueError, KeyError, OSError) as problem:
         end['error'] = say(problem)
+    except MemoryError as problem:
+        end['error'] = say(MemoryError('this machine has too little memory for it; take fewer or '
+                                       f'shorter recordings ({problem or "no number is told"})'))
     except KeyboardInterrupt:
         status = 130
     try:

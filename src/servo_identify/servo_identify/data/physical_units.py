@@ -38,7 +38,9 @@ def factor_to(text: str, wanted: str) -> float:
     if wanted == 'degC':
         if text.replace('°', 'deg').lower() in ('degc', 'c'):
             return 1.0
-        raise UnitError(f'{text!r} is no temperature in degC; convert it to degC in the table')
+        raise UnitError(f'{text!r} is no temperature in degC; leave the unit out and give steps '
+                        'in the mapping: offset: -273.15 of K, scale: 0.5556 and offset: -17.78 '
+                        'of degF')
     try:
         return _factor(text, wanted)
     except CountsError as problem:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from servo_twin.physics.servo import Servo
+from servo_twin.physics.step_limit import doubt_of_ratio
 
 _TOGETHER = 0.99
 """Correlation from which on two angles count as the same motion."""
@@ -87,15 +88,6 @@ def contradiction(factor: float, servo: Servo) -> str:
             f'{ratio:g}), and a transmission leaves a factor of {FURTHEST:g} at most. Give the '
             "units of both, as in 'load_position [deg]' or 'motor_position [1/4096 rev]', or the "
             'ratio of the gear that was recorded' + doubt_of_ratio(servo))
-
-
-def doubt_of_ratio(servo: Servo) -> str:
-    """Ask behind a sentence whether a ratio below 1 is the other way round; '' of others."""
-    ratio = servo.values['mechanism.ratio']
-    if servo.linear or ratio >= 1.0:
-        return ''
-    return (f'; mechanism.ratio = {ratio:g} is turns of the motor for one of the load: is it '
-            f'{1.0 / ratio:.4g}?')
 
 
 def _frequency(time: np.ndarray, angle: np.ndarray) -> float:

@@ -22,6 +22,7 @@ from .reader_advice import READER
 from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
+from .temperatures import temperature_findings
 from .time_units import LONGEST, unit_of_times, WORDS
 from .told_by_another import (
     copied_findings,
@@ -67,7 +68,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
                                  f'{seen.still} of them.'))
     found += each_once([finding for one in looked for finding in (
         *supply_findings(one), *copied_findings(one, servo), *held_findings(one),
-        *clipped_findings(one, servo), *normalised_findings(one))])
+        *clipped_findings(one, servo), *normalised_findings(one), *temperature_findings(one))])
     found += copies(looked)
     looked = [measured_alone(one, servo) for one in looked]
     shown = {id(one): excitation(one, servo) for one in looked}

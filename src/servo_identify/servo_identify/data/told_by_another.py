@@ -29,15 +29,19 @@ SEVERAL = 20  # steps of several counts from which on it is judged whether a cha
 _ONCE = 0.02  # share of them that another one may follow at once: a late packet
 _RAMP = 0.5  # share of the rows that a value is held for, up to which it may go to the next one
 
+_COMMANDED = ('was no encoder read?', 'record the encoder: a command shows neither friction nor '
+              'backlash')
+_TOLD = ('is it a copy of what was told, and was no current measured?',
+         'record the measured current, or leave the column out')
 _EXPECTED = {
-    'torque': (('current',), 'was it computed from it?',
-               'leave the column out where no sensor measured it'),
-    'current': (('voltage', 'current_reference'), 'is it a copy of what was told, and was no '
-                'current measured?', 'record the measured current, or leave the column out'),
-    'motor_position': (('reference_position',), 'was no encoder read?', 'record the encoder'),
-    'load_position': (('motor_position',), 'are both columns of one sensor?',
-                      'leave the one out that no sensor of its own measured: it hides backlash, '
-                      'stiffness and transmission error'),
+    'torque': {'current': ('was it computed from it?',
+                           'leave the column out where no sensor measured it')},
+    'current': {'voltage': _TOLD, 'current_reference': _TOLD},
+    'motor_position': {'reference_position': _COMMANDED},
+    'load_position': {'reference_position': _COMMANDED,
+                      'motor_position': ('are both columns of one sensor?',
+                                         'leave the one out that no sensor of its own measured: '
+                                         'it hides backlash, stiffness and transmission error')},
 }
 _WORDS = {'current': 'the current', 'voltage': 'the command (voltage)'}
 
@@ -91,8 +95,8 @@ def of_supply(one: Recording) -> str:
 def copied_findings(one: Recording, servo: Servo) -> list[Finding]:
     """Return which channels of a recording are another one over again, a sentence each."""
     found = []
-    for name, (sources, question, action) in _EXPECTED.items():
-        for source in sources:
+    for name, sources in _EXPECTED.items():
+        for source, (question, action) in sources.items():
             copy = copied(one, name, source, servo)
             if copy:
                 found.append(Finding(

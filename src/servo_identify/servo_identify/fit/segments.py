@@ -16,6 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from servo_twin.physics.servo import Servo
 from servo_twin.physics.simulate import inputs_of
+from servo_twin.recording.joined_samples import reference_of
 from servo_twin.recording.recording import Recording
 
 from .fit_choices import INPUT_OF
@@ -141,8 +142,11 @@ def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None
     if len(recording) < LEAST:
         raise ValueError(f'{recording.name} has {len(recording)} samples; a fit needs at least '
                          f'{LEAST}')
-    needed = INPUT_OF[mode]
-    if needed and not recording.has(needed):
+    needed = reference_of(servo) if mode == 'closed_loop' else INPUT_OF[mode]
+    if not needed:
+        raise ValueError(f'mode {mode!r} simulates the controller, and {servo.name} has none; '
+                         f'other modes are {[m for m in INPUT_OF if m != mode]}')
+    if not recording.has(needed):
         raise ValueError(f'{recording.name}: mode {mode!r} needs the column {needed!r}; '
                          f'other modes are {[m for m in INPUT_OF if m != mode]}')
     measured = np.column_stack([recording[c] for c in CHANNELS]).astype(float)
@@ -165,7 +169,7 @@ def _course(servo: Servo, recording: Recording, mode: str, horizon: float | None
     edges = _quiet(begin, np.linspace(0, samples, count + 1).astype(int))
     begin = begin[edges[:-1]]
     usable = np.isfinite(begin[:, :2] + begin[:, 2:4]).any(axis=1)  # next to a hole no speed
-    if needed:
+    if needed == INPUT_OF[mode]:
         given = np.isfinite(recording[needed])
         usable &= np.array([given[a:b].all() for a, b in zip(edges[:-1], edges[1:], strict=True)])
     if not usable.any():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+import re
 
 from servo_twin.description.servo_file import of_linear
 from servo_twin.physics.step_limit import step_within
@@ -53,11 +54,12 @@ def servo_text(machine: Machine, noise: Mapping[str, tuple[float, str, str]],
     ``tolerance`` is a share such as '10 %' that is written for every value but those of
     :data:`EXACT`, '' leaves them out.
     """
+    name = machine.name if re.fullmatch(r'[\w.-]+', machine.name) else _quoted(machine.name)
     lines = [f'# Servo {machine.name}: what is known of one machine. `servo-identify init` wrote '
              'it; change it freely.',
              '# A value is a number, or {value, unit, source}; its unit is the one that stands '
              'here, always SI.',
-             f'servo: {machine.name}']
+             f'servo: {name}']
     if machine.linear:
         lines.append(f'travel: linear              # {of_linear(machine.servo())}')
     step = f'{step_within(machine.servo(), USUAL_STEP):.1e}'

@@ -9,10 +9,10 @@ import tempfile
 
 from servo_twin.description import servo_file
 from servo_twin.physics.servo import ServoError
+from servo_twin.physics.step_limit import doubt_of_ratio
 from servo_twin.recording.recording import Recording
 
 from ..data.finding import Finding
-from ..data.plausibility import doubt_of_ratio
 from ..data.reading import read_recordings
 from ..data.recording_check import check
 from .asking import choose_columns, complete, not_asked_for, with_command
@@ -21,7 +21,7 @@ from .given_columns import given_columns
 from .hints import phases
 from .joint_choice import choose_joint
 from .left_out import left_out, other_angles, reasons, remarks
-from .machine import flags, Machine
+from .machine import flag, flags, Machine, SECTIONS
 from .next_step import UNUSED, what_it_tells
 from .proposals import doubt_of_time, needs_mapping, Proposal, proposed, sampled_less_often
 from .questions import Ask
@@ -180,6 +180,11 @@ def _machine(wanted: Wanted) -> Machine:
                 machine.give(f'{section}.{value}', text)
             else:
                 machine.texts[f'{section}.{value}'] = text
+    loop = [flag(path) for path in machine.texts if path.startswith('controller.')]
+    if loop and 'controller' not in machine.parts:
+        kinds = ', '.join(kind for kind in SECTIONS['controller'] if kind != 'none')
+        raise ValueError(f'{", ".join(loop)}: of which controller? Say --controller, one of '
+                         f'{kinds}')
     return machine
 
 

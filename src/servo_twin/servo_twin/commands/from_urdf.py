@@ -14,9 +14,10 @@ that reads it, and are given by flags. More in docs/simulators.md.
 from __future__ import annotations
 
 import argparse
+from math import isfinite
 from pathlib import Path
 
-from ..simulators.joint import GRAVITY
+from ..simulators.joint import GRAVITY, ModelError
 from .each_joint import for_each
 from .simulator_flags import add_reading_arguments, check_output, given_of, numbers, write_servo
 
@@ -46,6 +47,8 @@ def _write(arguments: argparse.Namespace) -> int:
     from ..simulators.from_model.urdf_model import joint_of_urdf
 
     check_output(arguments.output, arguments.force)
+    if not isfinite(arguments.gravity):
+        raise ModelError(f'--gravity {arguments.gravity:g}: it must be finite; on Earth 9.81 m/s2')
     joint, reduction = joint_of_urdf(arguments.model, arguments.joint,
                                      numbers(arguments.at, '--at'), arguments.gravity)
     more: dict[str, object] = {'armature': arguments.armature}

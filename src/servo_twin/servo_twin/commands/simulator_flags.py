@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from math import isfinite
 from pathlib import Path
 import shlex
 from typing import TYPE_CHECKING
@@ -59,8 +60,8 @@ def numbers(given: list[str], flag: str) -> dict[str, float]:
             found[name] = float(value)
         except ValueError:
             equals = ''
-        if not (equals and name):
-            raise ModelError(f'{flag} {pair}: it must be NAME=VALUE, with a number')
+        if not (equals and name and isfinite(found[name])):
+            raise ModelError(f'{flag} {pair}: it must be NAME=VALUE, with a finite number')
     return found
 
 

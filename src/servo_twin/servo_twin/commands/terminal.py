@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, is_dataclass
+from glob import glob
 import json
 from math import isfinite
 from pathlib import Path
@@ -13,6 +14,9 @@ import shutil
 import sys
 import tempfile
 from typing import Any, TextIO
+
+READ = ('bag', 'bags', 'accept', 'data', 'files', 'model', 'mapping')
+"""Arguments of all commands that name what is read and never written."""
 
 WIDE = 200  # columns of what is no terminal: names stay whole
 
@@ -103,6 +107,18 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if isfinite(value) else None
     return value if value is None or isinstance(value, bool | int | str) else str(value)
+
+
+def spare_what_is_read(arguments: argparse.Namespace) -> None:
+    """Raise ValueError where a command would write over what it reads, even with --force."""
+    given = [str(one) for name in READ if (said := getattr(arguments, name, None))
+             for one in (said if isinstance(said, list) else [said])]
+    read = [Path(one) for text in given for one in (text, *glob(text)) if Path(one).is_file()]
+    for name in ('output', 'mapping_out', 'json'):
+        path = getattr(arguments, name, None)
+        if path and Path(path).is_file() and any(one.samefile(path) for one in read):
+            raise ValueError(f'--{name.replace("_", "-")} {path} is a file that is read; name '
+                             'another one to write')
 
 
 def judged_file(path: str | Path, force: bool = False) -> Path:

@@ -73,7 +73,17 @@ def check_step(servo: Servo) -> None:
     longest = longest_step(servo)
     raise ServoError(f'step = {servo.step:g} s is too long for the springs and dampers of this '
                      f'machine: beyond {longest:.3g} s they make motion that is not there. Give '
-                     f'at most {_round_below(longest / 2.0):g} s, or less stiffness and damping')
+                     f'at most {_round_below(longest / 2.0):g} s, or less stiffness and damping'
+                     + doubt_of_ratio(servo))
+
+
+def doubt_of_ratio(servo: Servo) -> str:
+    """Ask behind a sentence whether a ratio below 1 is the other way round; '' of others."""
+    ratio = number(servo, 'mechanism.ratio')
+    if servo.linear or ratio >= 1.0:
+        return ''
+    return (f'; mechanism.ratio = {ratio:g} is turns of the motor for one of the load: is it '
+            f'{1.0 / ratio:.4g}?')
 
 
 def step_within(servo: Servo, usual: float) -> float:

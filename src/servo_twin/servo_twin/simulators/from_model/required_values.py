@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 
 from ..joint import Joint, ModelError
 
@@ -34,6 +35,7 @@ class Given:
 
 def with_given(joint: Joint, given: Given) -> Joint:
     """Return a joint with the gains and the armature that stand outside of its model."""
+    _check(given)
     changes: dict[str, float] = {}
     sources = dict(joint.sources)
     outside = {'kp': given.kp, 'kd': given.kd}
@@ -61,6 +63,15 @@ def with_given(joint: Joint, given: Given) -> Joint:
         sources |= {name: 'by definition: not given beside the other gain'
                     for name, value in outside.items() if value is None}
     return replace(joint, **changes, sources=sources)
+
+
+def _check(given: Given) -> None:
+    """Raise ModelError for a number that no machine has."""
+    for name in ('torque_constant', 'resistance', 'armature', 'kp', 'kd', 'torque_limit'):
+        value = getattr(given, name)
+        if value is not None and not 0.0 <= value < inf:
+            raise ModelError(f'--{name.replace("_", "-")} {value:g}: it must be 0 or more, and '
+                             'finite')
 
 
 def ratio_of(joint: Joint, given: Given) -> tuple[float, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping
 from dataclasses import replace
 from math import inf
@@ -79,8 +80,8 @@ def _read(path: Path | str, name: str, at: Mapping[str, float],
 
 def _robot(path: Path | str) -> ElementTree.Element:
     try:
-        text = Path(path).read_text()
-    except (OSError, UnicodeDecodeError) as problem:
+        text = _decoded(Path(path).read_bytes())
+    except (OSError, UnicodeDecodeError, LookupError) as problem:
         raise ModelError(f'{path}: cannot be read: {problem}') from None
     bare = re.sub('<!--.*?-->', '', text, flags=re.DOTALL)  # xacro keeps comments
     if 'xacro:' in bare or '${' in bare or str(path).endswith('.xacro'):
@@ -95,6 +96,15 @@ def _robot(path: Path | str) -> ElementTree.Element:
     if robot.tag != 'robot':
         raise ModelError(f'{path}: its root is <{robot.tag}>, that of a URDF file is <robot>')
     return robot
+
+
+def _decoded(raw: bytes) -> str:
+    """Return the text of an XML file in the encoding of its byte order mark or its first line."""
+    if raw.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return raw.decode('utf-16')
+    declared = re.match(rb"""\s*<\?xml[^>]*\sencoding=["']([\w.-]+)""", raw)
+    encoding = declared[1].decode() if declared else 'utf-8'
+    return raw.decode('utf-8-sig' if encoding.lower() == 'utf-8' else encoding)
 
 
 def _chosen(joints: Mapping[str, ElementTree.Element], name: str,

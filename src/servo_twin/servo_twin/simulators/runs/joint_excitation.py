@@ -7,9 +7,10 @@ from math import atan2, cos, hypot, inf, pi, sin, sqrt
 
 import numpy as np
 
-from ..joint import Joint
+from ..joint import Joint, ModelError
 
 SLOW, FAST = 1.0, 3.4  # the two tones of each excitation, as multiples of the frequency
+LEAST, MOST = 10, 10_000_000  # samples of a run
 _SHARES = 0.8, 0.2  # and their shares of the amplitude
 
 
@@ -30,6 +31,16 @@ class Excitation:
     duration: float
     period: float
     start: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not LEAST <= self.duration / self.period <= MOST:
+            raise ModelError(f'a run of {self.duration:g} s has {self.duration / self.period:.3g} '
+                             f'samples of {self.period:g} s; it must have {LEAST} to {MOST:.0e}: '
+                             f'choose --duration, --frequency and --timestep by that')
+        if not self.frequency * FAST < 0.5 / self.period:
+            raise ModelError(f'--frequency {self.frequency:g} Hz: samples of {self.period:g} s '
+                             f'do not show {FAST:g} times that; choose less than '
+                             f'{0.5 / self.period / FAST:.3g} Hz')
 
     @property
     def time(self) -> np.ndarray:
