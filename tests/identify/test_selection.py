@@ -13,6 +13,7 @@ from servo_identify.diagnose.answer.row_instants import (
     split_as_acted,
     told_late,
 )
+from servo_identify.diagnose.decisions import CALIBRATED
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.hypothesis import Mechanism
 from servo_identify.diagnose.residuals.samples import residual_samples
@@ -272,6 +273,19 @@ def test_a_spring_that_hardens_from_the_stiffness_of_the_file_is_found():
             for number, one in enumerate(found.hypotheses) for side in (0, 1)
             if one.mechanism.name == 'nonlinear_stiffness' and one.either]
     assert min(left) < 0.05 * search.power(search.nothing).max()
+
+
+@pytest.mark.slow
+def test_a_spring_that_is_smoothly_softer_at_small_torque_leaves_the_noise_alone():
+    stiffness = SERVO.numbers['mechanism.stiffness']
+    torsion = np.max(np.abs(recorded(SERVO, 1).columns['torque'])) / stiffness
+    rig = with_effect('nonlinear_stiffness', 'mesh', soft=0.45 * stiffness, reach=0.12 * torsion)
+    found = explained(residual_samples([recorded(rig, seed) for seed in (1, 2)], SERVO))
+    search = found.search
+    left = [search.power(search.fitted(search.nothing.choice.plus(number, 0))).max()
+            for number, one in enumerate(found.hypotheses)
+            if one.mechanism.name == 'nonlinear_stiffness' and not one.detail]
+    assert min(left) < CALIBRATED
 
 
 @pytest.mark.long
