@@ -65,6 +65,21 @@ def test_a_supply_that_sags_is_no_saturation():
     assert drop == pytest.approx(0.03, rel=0.1)
 
 
+@pytest.mark.slow
+def test_a_battery_that_also_sags_slowly_is_one_sag():
+    lost = {'drop': 0.02, 'slow': 0.05, 'settling': 0.15,
+            'resistance': HOBBY.numbers['drive.resistance'],
+            'back_emf': HOBBY.numbers['drive.back_emf']}
+    rig = HOBBY.with_effects(Placed('sag', find('supply_sag'), 'command'), values={
+        f'effects.sag.{name}': value for name, value in lost.items()})
+    several = [moved(rig, seed, row=1e-3, size=4.0) for seed in (1, 2)]
+    found = explained(residual_samples(several, HOBBY))
+    (number,) = found.explanation.smallest.choice.numbers
+    assert found.hypotheses[number].mechanism.name == 'supply_sag'
+    assert found.hypotheses[number].knots[0] == pytest.approx(0.15, rel=0.3)
+    assert found.amplitudes(number) == pytest.approx([0.02, 0.05], rel=0.2)
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_volts_that_a_bridge_loses_by_the_sign_of_its_current_are_a_dead_band():

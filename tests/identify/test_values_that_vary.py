@@ -78,3 +78,21 @@ def test_of_a_cold_and_a_warm_recording_friction_has_its_slope_over_the_temperat
     assert drift.parameters['slope']['value'] == pytest.approx(-2.0, rel=0.3)
     assert drift.parameters['slope']['unit'] == 'N m s/rad degC'
     assert answer.report.gap['solved'] > 0.5
+
+
+@pytest.mark.slow
+def test_grease_that_thins_exponentially_has_its_law():
+    """Six recordings at six temperatures: 60 N m at 20 degC, a third of it every 8 degC."""
+    def warm(seed, temperature):
+        rig = SERVO.with_effects(Placed('grease', find('coulomb_friction'), 'load'), values={
+            'effects.grease.level': 60.0 * np.exp(-(temperature - 20.0) / 8.0)})
+        one = recorded(rig, seed, seconds=8.0)
+        columns = {**one.columns, 'temperature': temperature + 0.01 * one.time}
+        return replace(one, name=f'at_{temperature:g}', family='move', columns=columns)
+
+    answer = diagnose([warm(seed, temperature) for seed, temperature in enumerate(
+        (20.0, 24.0, 31.0, 45.0, 22.0, 36.0))], SERVO)
+    drift = next(one for one in answer.report.which if one.effect == 'friction_drift')
+    assert drift.parameters['thinning']['value'] == pytest.approx(0.125, rel=0.3)
+    assert drift.parameters['thinning']['unit'] == '1/degC'
+    assert answer.report.gap['equation_solved'] > 0.9

@@ -20,7 +20,7 @@ from ..selection.explain import Explained
 from .compliance import met, sprung
 from .curves import Part
 from .drawn_values import by_path, stds_of, with_others
-from .effect_values import by_orders, direct, one_way, scale_std, warmed, wave_stds
+from .effect_values import by_orders, direct, one_way, scale_std, warmed, warms, wave_stds
 from .laws import Formed, formed, lawful
 from .with_values import with_values
 
@@ -150,7 +150,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
         return replace(effects, stds=wave_stds(part.curve, effects.placed, effects.values))
     if part.way and part.curve is not None:
         return _placed(part, one_way(part.curve, part.way), site, taken)
-    if one.detail.get('span', 0.0) > 0.0 and amplitudes[-1]:
+    if warms(one) and amplitudes[-1]:
         fades = part.curve is not None and part.curve.size() > WORTH * abs(amplitudes[-1])
         timed = lawful(_by_its_law(part, one), servo) if fades else None
         added = _placed(part, [warmed(part, one, timed)], site, taken)

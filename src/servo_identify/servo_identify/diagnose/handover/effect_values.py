@@ -125,7 +125,9 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     elif one.detail.get('opens') and abs(a.sum() - 1.0) <= FORM:  # then with all of the command
         values, fixed = {'half_width': float(a @ one.knots / a.sum())}, {'regain': SUDDEN}
     elif name == 'supply_sag':
-        values, fixed = {'drop': float(a[0])}, dict(one.detail)
+        values = dict(zip(('drop', 'slow'), map(float, a), strict=False))
+        fixed = dict(zip(('settling', 'resistance', 'back_emf'), one.knots, strict=False)) | dict(
+            one.detail)
     elif one.detail.get('law') == 'one_sided_stiffness':  # what is lost of an angle, as torque
         values = {'difference': -one.detail['stiffness'] ** 2 * float(a[0])}
     elif one.detail.get('law') == 'current_limit' and part.curve is not None:
@@ -142,6 +144,12 @@ def direct(part: Part, one: Hypothesis) -> Formed | None:
     return Formed(effect, whole, tuple(values), law)
 
 
+def warms(one: Hypothesis) -> bool:
+    """Tell whether a friction follows a temperature, by its last amplitude."""
+    searched = one.mechanism.name == 'friction_drift' and one.tried > 1
+    return searched or one.detail.get('span', 0.0) > 0.0
+
+
 def warmed(part: Part, one: Hypothesis, timed: Formed | None) -> Formed:
     """
     Return friction that follows a temperature, the last amplitude.
@@ -149,12 +157,15 @@ def warmed(part: Part, one: Hypothesis, timed: Formed | None) -> Formed:
     ``timed`` is what of it fades with the time besides, where that is worth it.
     """
     effect = find(one.detail.get('law', part.mechanism.name))
-    slope = -float(part.amplitudes[-1]) / one.detail['span']
+    searched = one.tried > 1
+    thinning, mean = one.knots if searched else (0.0, one.detail['mean'])
+    slope = -float(part.amplitudes[-1]) / (1.0 if searched else one.detail['span'])
     values: dict[str, Value] = {n: p.default for n, p in effect.parameters.items()}
     fading = {'excess': 0.0} if timed is None else timed.values
     free = () if timed is None else timed.free
-    return Formed(effect, values | fading | {'slope': slope, 'reference': one.detail['mean']},
-                  (*free, 'slope'), timed is None or timed.law)
+    thins: dict[str, Value] = {'thinning': float(thinning)} if searched else {}
+    return Formed(effect, values | fading | {'slope': slope, 'reference': float(mean)} | thins,
+                  (*free, 'slope', *thins), timed is None or timed.law)
 
 
 def _driven_back(driving: float, driven: float) -> dict[str, float]:

@@ -11,6 +11,7 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from ..residuals.nuisance import FAR
+from .bridge import dead_time, sag
 from .builder import Builder
 from .driven_columns import of_current, through
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
@@ -24,8 +25,6 @@ ABOUT = (0.7, 0.85, 1.0, 1.15, 1.3)  # of the command at which a drive comes, th
 CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
-KNEES = (0.003, 0.01, 0.03, 0.1, 0.25, 0.5)  # shares of the largest current: its sign shows
-WASTED = 0.2  # share of the largest command that a bridge may lose: more is no bridge that works
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
 SHARES = (0.0, 1.0)  # of a command that comes late: more than all of it would be turned round
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
@@ -83,7 +82,7 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
                gates, tried=SHAPES, detail={'opens': True}),
         # one whose answer to small commands fades in, as that of a push-pull stage
         shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
-        _dead_time(builder), _sag(builder),
+        dead_time(builder), *sag(builder, residual),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
         _limited(builder), _rate_limited(builder, residual), _out_of_voltage(builder, residual),
@@ -102,50 +101,6 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
                                  [1] * len(times), times, room=SHARES)
         if one:
             yield one
-
-
-def _dead_time(builder: Builder) -> Hypothesis | None:
-    """
-    Volts that a bridge loses by the sign of its current while neither switch is on.
-
-    By the current that the recorded command would drive without that loss: what the motion asks
-    for is blurred where the current jumps, and has no part of what else is missing.
-    """
-    values = builder.samples.servo.numbers
-    resistance = values.get('drive.resistance')
-    if not resistance:
-        return None
-    driven = {id(one): one.drive_current(one.servo.theta, one.measured.column('voltage', 0.0))
-              for one in builder.samples.errors}
-    top = max(float(np.nanmax(np.abs(current))) for current in driven.values())
-    knees = tuple(share * top for share in KNEES)
-    mechanism = Mechanism('drive_dead_band', 'drive', 'current', ('current',), 'odd')
-
-    def lost(current: np.ndarray) -> np.ndarray:
-        return -np.column_stack([np.clip(current / knee, -1.0, 1.0) for knee in knees])
-
-    columns = through(builder, lambda one: lost(np.nan_to_num(driven[id(one)])))
-    form = Form('current', 'A', 'V', lambda one: one.inner(driven[id(one)]), lost)
-    settling = values.get('drive.inductance', 0.0) / resistance
-    return builder.hypothesis(
-        mechanism, columns, [1] * len(knees), knees, form=form,
-        room=(0.0, WASTED * builder.scales.command), detail={
-            'law': 'drive_dead_time', 'resistance': resistance, 'settling': settling})
-
-
-def _sag(builder: Builder) -> Hypothesis | None:
-    """Volts that a supply loses by its resistance, by the current that flows."""
-    values = builder.samples.servo.numbers
-    parts = {name: values.get(f'drive.{name}', 0.0) for name in ('resistance', 'back_emf')}
-    if not all(parts.values()) or values.get('drive.proportional'):
-        return None
-
-    def lost(one: EquationErrors) -> np.ndarray:
-        flows = np.nan_to_num(one.full(one.known_current))
-        return -(one.regressor_command**2 * flows)[:, None]
-
-    mechanism = Mechanism('supply_sag', 'drive', 'command', ('command', 'current'), 'odd')
-    return builder.hypothesis(mechanism, through(builder, lost), [1], detail=parts)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:

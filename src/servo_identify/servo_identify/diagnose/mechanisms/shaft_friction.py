@@ -17,12 +17,14 @@ from .builder import Builder
 from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import stop_operator
 from .orders import hats, periodic
+from .shape_search import SHAPES
 
 LOADS = (0.1, 0.3, 0.6)  # shares of the largest load at which the growth may bend
 SPEEDS = (0.1, 0.3, 0.6)  # shares of the highest speed at which it may bend
 POWERS = (1.5, 2.0, 3.0)  # of the speed, with which drag may grow
 FADES = 6  # speeds within which friction may fall
 TIMES = (0.015, 0.05, 0.15, 0.5, 1.5)  # shares of the longest recording in which it may settle
+THINS = (0.5, 10.0)  # times by which grease may thin, as exponents, over the temperatures seen
 STOPS = 10  # travels over which friction may build up, from what a sample resolves
 PLACES = 12  # of a part of a turn at which friction has a value of its own
 
@@ -32,7 +34,9 @@ def friction_of(builder: Builder, site: str, residual: np.ndarray) -> Iterator[H
     several = (_coulomb, _viscous, _stribeck, _drag, _driven_back, _presliding)
     yield from filter(None, (one(builder, site) for one in several))
     yield from filter(None, (_by_load(builder, site, carried) for carried in (False, True)))
-    yield from filter(None, (_drift(builder, site, viscous) for viscous in (False, True)))
+    for viscous in (False, True):
+        yield from filter(None, (_drift(builder, site, viscous),
+                                 _thinning(builder, site, viscous, residual)))
     yield from _by_angle(builder, site, residual)
 
 
@@ -167,6 +171,28 @@ def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
         mechanism, builder.resisting(site, budget), [1] * (len(times) + (span > 0.0)), times,
         either=True, form=form, room=(-most, np.inf), detail={'mean': mean, 'span': span} | (
             {'law': 'viscous_drift'} if viscous else {}))
+
+
+def _thinning(builder: Builder, site: str, viscous: bool, residual: np.ndarray
+              ) -> Hypothesis | None:
+    """Friction of grease that thins with the temperature; ``residual`` (samples,) tells how."""
+    mechanism = Mechanism('friction_drift', 'friction', site, ('time', 'temperature'), 'odd')
+    warm = np.concatenate([one.motion['temperature'] for one in builder.samples.errors])
+    mean, span = float(np.mean(warm)), float(np.ptp(warm))
+    if not span > 0.0:
+        return None
+
+    def budget(one: EquationErrors, thinning: float) -> np.ndarray:
+        warmer = one.motion['temperature'] - mean
+        return np.expm1(-thinning * warmer)[:, None] / thinning * (
+            speed_of(one, site)[:, None] if viscous else 1.0)
+
+    thinning, columns = builder.best_columns(
+        THINS[0] / span, THINS[1] / span, f'{site}_torque',
+        lambda one, thinning: -one.motion.direction[:, None] * budget(one, thinning), residual)
+    return builder.hypothesis(
+        mechanism, columns, [0], (thinning, mean), tried=SHAPES,
+        detail={'law': 'viscous_drift'} if viscous else {})
 
 
 def _presliding(builder: Builder, site: str) -> Hypothesis | None:

@@ -51,6 +51,18 @@ def best_shapes(bounds: Sequence[tuple[float, float]],
     return tuple(map(float, np.exp(found.x)))
 
 
+def beside(known: np.ndarray, column: Callable[[float], np.ndarray]
+           ) -> Callable[[float], np.ndarray]:
+    """Return what a column (samples,) of each number does that a ``known`` one does not."""
+    square = max(float(known @ known), 1e-300)
+
+    def rest(number: float) -> np.ndarray:
+        one = column(number)
+        return one - known * (known @ one / square)
+
+    return rest
+
+
 def taken(table: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """
     Return what each column (samples, n) takes of the squares of a residual, (n,).

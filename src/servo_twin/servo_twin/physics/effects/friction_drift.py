@@ -3,16 +3,19 @@
 from ..effect import Parameter
 from ..elementary_functions import exp
 from ..ports import Friction
+from ..thinning import thinned
 
 
 class FrictionDrift(Friction):
     r"""
     What cold grease adds: it fades with time, or follows a measured temperature.
 
-    .. math:: \tau_f = \tau_0\,e^{-t/t_0} + \kappa\,(\vartheta - \vartheta_0)
+    .. math:: \tau_f = \tau_0\,e^{-t/t_0} + \frac{\kappa}{\beta}\left(1
+              - e^{-\beta(\vartheta - \vartheta_0)}\right)
 
-    Time counts from the start of the run. Holds for steady use and within some ten degrees of the
-    reference; the viscosity of grease itself is exponential in temperature.
+    Time counts from the start of the run. Grease thins exponentially with the temperature; without
+    ``thinning`` (beta) the friction follows it in a straight line, as within some ten degrees of
+    the reference.
     """
 
     source = 'Simoni, Beschi, Legnani, Visioli: IROS 2015, friction with temperature effects'
@@ -22,8 +25,9 @@ class FrictionDrift(Friction):
                          grid=(10.0, 100.0, 1000.0))
     slope = Parameter(0.0, 'N m/degC', (-1e4, 1e4), 'Rise with temperature.', off=0.0)
     reference = Parameter(20.0, 'degC', (-100.0, 300.0), 'Where the slope starts to count.')
+    thinning = Parameter(0.0, '1/degC', (0.0, 1.0), 'Share by which the slope falls per degree.')
 
     @staticmethod
     def law(p, s, motion, h):
         fading = p.excess * exp(-motion.time / p.settling)
-        return fading + p.slope * (motion.temperature - p.reference)
+        return fading + p.slope * thinned(motion.temperature - p.reference, p.thinning)
