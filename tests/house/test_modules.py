@@ -42,9 +42,10 @@ WIRE = 'a protocol: how a drive is led, and how the emulated one answers'
 EFFECT = 'an effect, and the hypothesis that it is missing'
 COMMAND = 'the command of each package, or of the package that does it'
 PART = 'a mechanism, and the part of the results that shows it'
-TWICE = dict.fromkeys(('ending', 'free_output', 'given_parameters', 'managed_node',
-                       'message_conversion', 'message_definitions', 'mixed_topics', 'namesake',
-                       'nearest_name', 'node_help', 'ros_start', 'timer_clock'), APART)
+TWICE = dict.fromkeys(('ending', 'free_output', 'given_parameters', 'home_path',
+                       'managed_node', 'message_conversion', 'message_definitions',
+                       'mixed_topics', 'namesake', 'nearest_name', 'node_help', 'ros_start',
+                       'timer_clock'), APART)
 TWICE |= dict.fromkeys(('mit_mode', 'moteus', 'odrive'), WIRE)
 TWICE |= dict.fromkeys(('eddy_brake', 'hysteresis', 'lost_motion'), EFFECT) | {
     'cli': COMMAND, 'diagnose': COMMAND, 'fmu': PART}

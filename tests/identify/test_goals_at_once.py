@@ -104,7 +104,7 @@ def test_it_refuses_a_budget_that_is_none(twin, budget):
 
 @pytest.mark.parametrize(('bag', 'said'), [
     ('~/nothing_here', f'{Path.home()}/nothing_here does not exist'),
-    ('~nobody_at_all/bag', '~nobody_at_all/bag: there is no such user'),
+    ('~nobody_at_all/bag', '~nobody_at_all/bag: there is no such user; give the whole path'),
     ('', "'' is no path: one of the bags is empty")])
 def test_it_takes_the_path_of_a_goal_as_a_shell_does(twin, bag, said):
     _client, (asked,) = sent(twin, Retrain.Goal(bags=[bag]))

@@ -64,6 +64,31 @@ def test_cells_and_lists_of_structures_of_version_7_3_are_followed(tmp_path):
     assert np.array_equal(found['runs[0]'], TIME)
 
 
+@pytest.mark.parametrize('beside', ['columns', 'names', 'channels'])
+def test_an_array_has_the_names_that_stand_beside_it(tmp_path, beside):
+    data = np.column_stack([TIME, VOLTAGE, ANGLE])
+    np.savez(tmp_path / 'a.npz', data=data, **{beside: np.array(COLUMNS)})
+    found = read_table(tmp_path / 'a.npz')
+    assert tuple(found.columns) == COLUMNS and np.array_equal(found[COLUMNS[2]], ANGLE)
+    np.savez(tmp_path / 'b.npz', data=data.T, more=data, **{beside: np.array([b't', b'u', b'q'])})
+    found = read_table(tmp_path / 'b.npz')
+    assert set(found.columns) == {f'{one}.{name}' for one in ('data', 'more') for name in 'tuq'}
+    assert np.array_equal(found['data.q'], ANGLE)
+    np.savez(tmp_path / 'c.npz', data=data, names=np.array([f'row {k}' for k in range(len(data))]))
+    found = read_table(tmp_path / 'c.npz')
+    assert list(found.columns) == ['data[0]', 'data[1]', 'data[2]'] and not found.warnings
+
+
+@pytest.mark.parametrize(('names', 'why'), [
+    (np.array(['t', 'q']), "'columns' holds 2 names and no array has as many columns; data has 3"),
+    (np.array(COLUMNS, dtype=object), 'numpy.array(columns, dtype=str)')])
+def test_it_says_why_names_beside_an_array_are_not_used(tmp_path, names, why):
+    np.savez(tmp_path / 'a.npz', data=np.column_stack([TIME, VOLTAGE, ANGLE]), columns=names)
+    found = read_table(tmp_path / 'a.npz')
+    assert list(found.columns) == ['data[0]', 'data[1]', 'data[2]']
+    assert why in ' '.join([*found.warnings, *found.refused.values()])
+
+
 def test_it_reads_hdf5_with_its_units_and_never_another_file(tmp_path):
     h5py = pytest.importorskip('h5py')
     with h5py.File(tmp_path / 'other.h5', 'w') as file:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
-from servo_identify.learn.transmission.two_way_backlash import measured_play, with_curve
+from servo_identify.learn.transmission.two_way_backlash import measured_play, slide_of, with_curve
 from servo_rig_driver.emulated.emulated_bench import run
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
@@ -144,3 +144,18 @@ def test_a_servo_without_a_slide_takes_no_curve():
     plain = servo_file.load(FILE.with_name('geared_dc.yaml'))
     with pytest.raises(ServoError, match='no effect carrier_backlash'):
         with_curve(plain, {}, [])
+
+
+def test_the_line_that_a_servo_without_a_slide_needs_is_told_before_a_bag_is_read(
+        tmp_path, capsys):
+    file, bags = FILE.with_name('geared_dc.yaml'), [tmp_path / f'{name}.mcap' for name in 'ab']
+    for bag in bags:
+        bag.write_text('no bag, as reading it would find')
+    assert main(['play', *map(str, bags), '--settings', '0.011', '0.012', '--servo', str(file),
+                 '-o', str(tmp_path / 'new.yaml')]) == 2
+    said, line = capsys.readouterr().err.rstrip().split('\n')
+    assert 'add the next line to the section effects of its file, in place of play,' in said
+    new = tmp_path / 'with.yaml'
+    new.write_text(file.read_text().replace('\neffects:\n', f'\neffects:\n{line}\n'))
+    servo = servo_file.load(new)
+    assert servo.values['effects.slide.setting'] == 0.011 and slide_of(servo) == 'slide'

@@ -196,6 +196,7 @@ def test_it_warns_that_no_sample_comes_and_finds_a_shipped_servo(tmp_path):
     ('topics:=[pressure]', "'pressure' has no type; write 'name:package/msg/Type'"),
     ('topics:=["x:no_msgs/msg/X"]', 'no_msgs'),
     ('servo_file:=/nowhere.yaml', '/nowhere.yaml'),
+    ('servo_file:=/bin/true', '/bin/true is no text'),
     ('output:=/tmp', '/tmp exists already'), ('output:=~', f'{Path.home()} exists already')])
 def test_it_refuses_what_it_cannot_record(tmp_path, parameter, text):
     with Recording(tmp_path, parameter) as recording:

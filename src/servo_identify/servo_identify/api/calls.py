@@ -141,9 +141,11 @@ def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Reco
     ``despite_check``; TypeError for data that were not read and a text in place of several names.
     """
     from ..diagnose.diagnose import diagnose as diagnose_recordings
+    from ..diagnose.mechanisms.every_hypothesis import check_without
 
     machine = _machine(servo)
     _several('without', without)
+    check_without(without, machine.servo)
     more = {} if progress is None else {'tick': progress}
     screened, accepted, reported = _looked_at(data, accept, report)
     found = diagnose_recordings(screened, machine.servo, accepted, reported, tuple(without),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
+from servo_twin.description.home_path import at_home
 from servo_twin.physics.servo import Servo, Value
 
 
@@ -37,9 +38,10 @@ class ServoFile:
         """
         Write the servo file, whole or not at all, and return its path.
 
-        Raises OSError that names what cannot be written, or the folder that is not there.
+        Raises OSError that names what cannot be written, or the folder that is not there,
+        ValueError for ~ of nobody.
         """
-        path = Path(path).expanduser()
+        path = at_home(path)
         if path.is_dir():
             raise IsADirectoryError(f'{path} is a folder; give the name of a file, such as '
                                     f'{path / f"{self.name}.yaml"}')

@@ -89,6 +89,7 @@ def main(arguments: argparse.Namespace) -> int:
     from servo_twin.physics import catalogue
 
     from ..diagnose.diagnosis_files import write_diagnosis
+    from ..diagnose.mechanisms.every_hypothesis import check_without
     from ..experiment.next_command import next_command
 
     if arguments.effects:
@@ -98,6 +99,7 @@ def main(arguments: argparse.Namespace) -> int:
         files(paths)
     path = arguments.servo
     servo, text = servo_file.load(path), Path(path).read_text()
+    check_without(arguments.without, servo)
     output = new_folder(arguments.output, arguments.force, 'report.json', 'augmented.yaml')
     console = terminal()
     found = _diagnosed(arguments, servo, console)

@@ -40,7 +40,7 @@ def main(arguments: argparse.Namespace) -> int:
     """
     from servo_twin.description import servo_file
 
-    from ..learn.transmission.two_way_backlash import with_curve
+    from ..learn.transmission.two_way_backlash import slide_of, with_curve
 
     settings = list(arguments.settings)
     if arguments.output and not settings:
@@ -54,6 +54,8 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.output:
         new_file(arguments.output, arguments.force)
     servo = servo_file.load(arguments.servo)
+    if arguments.output:
+        slide_of(servo, *settings)
     known, refused = [], []
     for k, bag in enumerate(bags):
         try:

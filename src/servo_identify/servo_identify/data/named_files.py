@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from glob import glob, has_magic
 from pathlib import Path
 
+from servo_twin.description.home_path import at_home
+
 from .listing import LISTING
 from .message_files import holds_messages
 from .packed import inner_suffix
@@ -81,7 +83,7 @@ def _suffixes(path: Path, name: str) -> list[str]:
 
 
 def _matching(named: str) -> list[Path]:
-    path = Path(named).expanduser()
+    path = at_home(named)
     if path.exists() or not has_magic(named):
         return [path]
     found = sorted(Path(one) for one in glob(str(path)) if Path(one).name != LISTING)

@@ -8,6 +8,11 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from .names_beside import BESIDE
+
+_AS_TEXT = (', but objects, whose reading may run code: save the names as text, '
+            '{0}=numpy.array({0}, dtype=str)')
+
 
 def load_numpy(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """
@@ -27,7 +32,8 @@ def load_numpy(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
                     try:
                         arrays[name] = found[name]
                     except ValueError as problem:  # objects, whose reading would run code
-                        refused[name] = f'{path}: {name!r} is no plain array{_why(problem)}'
+                        refused[name] = f'{path}: {name!r} is no plain array' + (
+                            _AS_TEXT.format(name) if name in BESIDE else _why(problem))
     except (ValueError, OSError, EOFError, BadZipFile) as error:
         raise ValueError(f'{path} is no NPZ file of plain arrays{_why(error)}') from None
     return arrays, refused

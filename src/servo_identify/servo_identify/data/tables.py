@@ -17,6 +17,7 @@ from .json_shapes import table_of
 from .lerobot import named_parts
 from .mat_file import load_mat
 from .matlab_objects import what_to_type
+from .names_beside import with_names_beside
 from .numpy_file import load_numpy
 from .packed import inner_suffix, PACKED, read_packed
 from .rows_in_time import on_one_timeline
@@ -73,7 +74,8 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
     names the list of records in a JSON file, where it is not the whole, or the sheet of a
     spreadsheet; ``names`` the columns of a text file that has no line of names. The columns of an
     array of two dimensions are called ``name[0]``, ``name[1]`` ...; those of a structure
-    ``name.field``. Raises ValueError for another suffix, a file that does not parse, text among
+    ``name.field``. Names that stand beside an array, in ``columns``, are those of its columns.
+    Raises ValueError for another suffix, a file that does not parse, text among
     numbers and columns of unequal length, OSError for a file that cannot be read.
     """
     suffix = path.suffix.lower()
@@ -143,8 +145,8 @@ def _tdms(path: Path) -> list[Table]:
 def _of_arrays(path: Path, arrays: dict[str, Any], refused: dict[str, str]) -> list[Table]:
     found = list[Table]()
     for run, inner in groups_of(arrays).items():
-        columns, facts = _parted(inner)
         told = list[str]()
+        columns, facts = _parted(with_names_beside(inner, told))
         columns, apart = on_rows_of_one(columns, told)
         table = _longest(path, columns, facts)
         found.append(replace(table, run=run, warnings=tuple(told), refused={

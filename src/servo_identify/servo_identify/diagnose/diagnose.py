@@ -28,6 +28,7 @@ from .handover.cut import Cut
 from .handover.shortened import judging
 from .handover.simulated_gap import Diverged, Simulated, simulated
 from .handover.trial import content
+from .mechanisms.every_hypothesis import check_without
 from .residuals.samples import residual_samples
 from .selection.confidence import preferred
 from .selection.explain import explained
@@ -48,9 +49,10 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     reports progress; ``reach`` widens what the next experiment may do (travel rad, speed rad/s,
     torque N m, amplitude V). Raises checks.CannotDiagnose with a sentence for recordings that
     cannot be judged, and for red findings of the check of the data, unless ``despite`` them;
-    ValueError for a reach that is none.
+    ValueError for a reach that is none and a name in ``without`` that no effect has.
     """
     check_reach(reach or {})
+    check_without(without, servo)
     stages = Stages(tick)
     stages.begin('check')
     parts, findings, warnings = _checked(recordings, accepting, reporting, servo, despite)

@@ -18,6 +18,7 @@ from std_srvs.srv import Trigger
 
 from servo_twin.bag import write_recording
 from servo_twin.description import servo_file
+from servo_twin.description.home_path import at_home
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes.spinning import named
 from servo_twin_msgs.action import Diagnose, Retrain
@@ -343,10 +344,7 @@ def _at(path: str) -> Path:
     """Return a path of a goal as a shell would, ~ for a home. Raises ValueError where none is."""
     if not path:
         raise ValueError("'' is no path: one of the bags is empty")
-    try:
-        return Path(path).expanduser()
-    except RuntimeError:
-        raise ValueError(f'{path}: there is no such user') from None
+    return at_home(path)
 
 
 def _left(seconds: float, progress: float, budget: float) -> float:

@@ -32,6 +32,7 @@ from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
 from ..free_output import free_output
 from ..given_parameters import cannot_start, refuse_unknown, UNFIT
+from ..home_path import at_home
 from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
@@ -135,7 +136,10 @@ class Adapter(Node):
 
 def mapping_of(name_or_path: str, joint: str) -> MappedColumns:
     """Return the mapping of a path or a shipped name. Raises MappingError."""
-    path = Path(name_or_path).expanduser()
+    try:
+        path = at_home(name_or_path)
+    except ValueError as error:
+        raise MappingError(f'mapping = {error}') from None
     folder = Path(get_package_share_directory('servo_rig_driver')) / 'config' / 'imports'
     if name_or_path and not path.suffix and len(path.parts) == 1:
         path = folder / f'{name_or_path}.yaml'

@@ -24,7 +24,7 @@ from time import monotonic, monotonic_ns
 from ..ending import Ending
 from ..free_output import free_output
 from . import unix_frames as can_frames
-from .unix_bus import check_path
+from .unix_bus import check_path, listening
 
 BACKLOG = 200_000
 HEAD = can_frames.EXPIRY.size
@@ -79,13 +79,7 @@ class CanHub:
                     self.path.unlink()
                 else:
                     raise OSError(f'another hub already serves {self.path}')
-        listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        listener.bind(str(self.path))
-        self.path.chmod(0o600)  # whoever may write to it commands the drive
-        listener.listen(64)
-        listener.setblocking(False)
-        return listener
+        return listening(self.path)
 
     def serve(self) -> None:
         """Pass frames on until stop() is called from another thread or a signal handler."""

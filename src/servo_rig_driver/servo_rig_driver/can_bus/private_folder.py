@@ -12,6 +12,8 @@ from pathlib import Path
 from stat import S_ISDIR
 import tempfile
 
+from ..home_path import at_home
+
 
 def private_folder() -> Path:
     """
@@ -36,5 +38,9 @@ def private_folder() -> Path:
 
 
 def socket_path(channel: str) -> str:
-    """Return the path of a socket: a name without a slash lies in the private folder."""
-    return channel if '/' in channel else str(private_folder() / channel)
+    """
+    Return the path of a socket: a name without a slash lies in the private folder.
+
+    Raises ValueError for ~ of nobody.
+    """
+    return str(at_home(channel)) if '/' in channel else str(private_folder() / channel)

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Sequence
 from itertools import groupby
 import os
+from pathlib import Path
 import select
 import socket
 import struct
@@ -38,6 +39,22 @@ def check_path(path: str) -> str:
         raise ValueError(f"'{path}' has {size} bytes; the path of a Unix socket has 1 to "
                          f'{LONGEST_PATH}')
     return path
+
+
+def listening(path: Path) -> socket.socket:
+    """Return a new socket that clients may connect to; raises OSError that names its path."""
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        listener.bind(str(path))
+        path.chmod(0o600)  # whoever may write to it commands the drive
+    except OSError as error:
+        listener.close()
+        raise OSError(f'{path}: no socket can be made there, {error.strerror}; choose a path in a '
+                      'folder that you may write to') from None
+    listener.listen(64)
+    listener.setblocking(False)
+    return listener
 
 
 def connect(path: str, wait: float) -> socket.socket:

@@ -11,6 +11,7 @@ from types import ModuleType
 import numpy as np
 import yaml
 
+from ..home_path import at_home
 from ..nearest_name import or_what
 from ..plain_yaml import read_yaml
 from .rig_physics import World, WORLDS
@@ -84,7 +85,10 @@ def load_rig(path: str | Path, overrides: Sequence[str] = ()) -> RigSettings:
 
 def rig_at(name_or_path: str | Path) -> Path:
     """Return a path as it is, and for a bare name that of the shipped rig file."""
-    path = Path(name_or_path).expanduser()
+    try:
+        path = at_home(name_or_path)
+    except ValueError as error:
+        raise RigFileError(str(error)) from None
     if path.suffix or len(path.parts) != 1 or path.is_file():
         return path
     try:

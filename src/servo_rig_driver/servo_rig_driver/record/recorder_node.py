@@ -33,6 +33,7 @@ from servo_twin_msgs.msg import Event, RecordingInfo
 from ..ending import Ending
 from ..free_output import free_output
 from ..given_parameters import cannot_start, refuse_unknown, UNFIT
+from ..home_path import at_home
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
 from ..ros_start import start_ros
@@ -42,7 +43,7 @@ from .last_messages import take_what_has_come
 from .mixed_topics import mixed
 from .recorder_parameters import declare, EVENT, of_one_node, topics_of
 from .sequence_loss import block_of, SEQUENCED, SequenceWatch
-from .servo_name import servo_file, servo_name
+from .servo_name import servo_name, servo_text
 
 INFO = 'recording'
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
@@ -70,7 +71,7 @@ class Recorder(Node):
         info = self._info()
         info_topic = self.resolve_topic_name(INFO)
         self.file = RecordingFile(
-            Path(output).expanduser(),
+            at_home(output),
             {info_topic: 'servo_twin_msgs/msg/RecordingInfo'} | topics, _shares(),
             frozenset([info_topic]), self._get('chunk_bytes'), self._get('chunk_seconds'))
         self.watches = {topic: SequenceWatch() for topic, kind in topics.items()
@@ -99,9 +100,7 @@ class Recorder(Node):
         return self.get_parameter(name).value
 
     def _info(self) -> RecordingInfo:
-        path = self._get('servo_file')
-        path = str(servo_file(path)) if path else ''
-        content = Path(path).read_text('utf8') if path else ''
+        path, content = servo_text(self._get('servo_file'))
         info = RecordingInfo(
             servo=servo_name(path, content), servo_file=content, family=self._get('family'),
             replicate=self._get('replicate'), note=self._get('note'))

@@ -177,8 +177,10 @@ def _bench(arguments: argparse.Namespace, folder: Path) -> Bench:
 
 def _rig_at(given: Path) -> Path:
     """Return a path as it is, and for a bare name that of the shipped rig file."""
+    from ..description.home_path import at_home
     from ..description.shipped import shipped
 
+    given = at_home(given)
     named = not given.suffix and len(given.parts) == 1 and not given.is_file()
     return shipped(f'rigs/{given}.yaml') if named else given
 

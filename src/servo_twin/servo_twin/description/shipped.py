@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..physics.servo import ServoError
+from .home_path import at_home
 from .nearest_name import or_what
 
 
@@ -31,9 +32,9 @@ def servo_file(name_or_path: str | Path) -> Path:
     name that is not shipped and for a path that does not exist.
     """
     try:
-        path = Path(name_or_path).expanduser()
-    except RuntimeError:
-        raise ServoError(f'{name_or_path}: cannot be read: there is no such user') from None
+        path = at_home(name_or_path)
+    except ValueError as error:
+        raise ServoError(str(error)) from None
     if not path.suffix and len(path.parts) == 1 and not path.is_file():
         return shipped(f'servos/{path.name}.yaml')
     if not path.is_file():

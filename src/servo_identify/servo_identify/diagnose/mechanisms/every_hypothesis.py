@@ -8,6 +8,7 @@ import numpy as np
 
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.catalogue import names
+from servo_twin.physics.servo import Servo
 
 from ..decisions import FORM
 from .builder import Builder, sides_of
@@ -17,7 +18,7 @@ from .dahl import dahl
 from .drive import drive_of
 from .eddy_brake import eddy_brake
 from .friction_by_direction import friction_by_direction
-from .hypothesis import Hypothesis, OUTSIDE, UNKNOWN
+from .hypothesis import Hypothesis, OUTSIDE
 from .in_time import in_time
 from .next_joint import next_joint
 from .patterns import patterns_of
@@ -34,6 +35,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     """
     Return every hypothesis but those of the mechanisms named in ``without``.
 
+    :func:`check_without` says which names there are.
     ``residual`` (samples,) is what is left without any.
     """
     found: list[Hypothesis] = []
@@ -54,7 +56,6 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += user_effects_of(builder)
     found += by_recording(builder, sides)
     found += patterns_of(builder, sides, without)
-    _check(without, found, builder)
     gone = {*without, *(ALIASES[name] for name in without if name in ALIASES)}
     kept = [one for one in found if one.mechanism.name not in gone]
     return [one for one in kept if not any(_is_value(one, value) for value in kept)]
@@ -73,12 +74,11 @@ ALIASES = {f'parameter:{path.rpartition(".")[2]}': name for path, name in NAMES.
 """Values whose error has a name of its own, under either name."""
 
 
-def _check(without: Collection[str], found: list[Hypothesis], builder: Builder) -> None:
-    """Raise ValueError for a name that no hypothesis could have."""
-    values = {f'parameter:{path.rpartition(".")[2]}' for path in builder.samples.servo.values
+def check_without(without: Collection[str], servo: Servo) -> None:
+    """Raise ValueError for a name that no hypothesis of a servo could have; no data are needed."""
+    values = {f'parameter:{path.rpartition(".")[2]}' for path in servo.values
               if path.split('.')[0] in ('drive', 'mechanism')}
-    known = {one.mechanism.name for one in found} | set(names()) | values | set(ALIASES) | {
-        *ALIASES.values(), 'controller_mismatch', *OUTSIDE} - {UNKNOWN}
+    known = {*names(), *values, *ALIASES, *ALIASES.values(), 'controller_mismatch', *OUTSIDE}
     for name in without:
         if name not in known and not name.startswith('parameter:'):
             raise ValueError(f'there is no effect {name!r} to leave out; '

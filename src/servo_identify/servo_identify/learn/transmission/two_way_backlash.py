@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Provenance, Servo, ServoError
 from servo_twin.recording.parts import LongRecording, parts_of
 
@@ -144,21 +145,37 @@ def _friction(servo: Servo, slow: float, fast: float) -> float:
     return total
 
 
+def slide_of(servo: Servo, *settings: float) -> str:
+    """
+    Return the name of the effect carrier_backlash of a servo.
+
+    Raises ServoError that says how the file gets one, with the first of the ``settings``, m.
+    """
+    placed = [p.name for p in servo.effects if p.effect.name == 'carrier_backlash']
+    if placed:
+        return placed[0]
+    others = [p.name for p in servo.effects if p.effect.port == 'clearance']
+    instead = f', in place of {", ".join(others)}' if others else ''
+    setting = settings[0] if settings else find('carrier_backlash').parameters['setting'].default
+    raise ServoError(
+        f'{servo.name} has no effect carrier_backlash to hold the curve; add the next line to the '
+        f'section effects of its file{instead}, with the setting of your slide:\n'
+        f'  slide: {{effect: carrier_backlash, at: mesh, setting: {{value: {setting:g}, unit: m, '
+        "source: 'read off the slide'}, widths: {value: [0.0, 0.0], unit: rad, source: 'to be "
+        "measured'}}")
+
+
 def with_curve(servo: Servo, plays: Mapping[float, Play], bags: Sequence[str]) -> Servo:
     """
     Return the servo with the backlash over the setting of its slide, m, as measured in bags.
 
-    Raises ServoError where the servo has no effect carrier_backlash, or fewer than two settings
-    were measured.
+    Raises ServoError as slide_of() does, and where fewer than two settings were measured.
     """
-    placed = [p.name for p in servo.effects if p.effect.name == 'carrier_backlash']
-    if not placed:
-        raise ServoError(f'{servo.name} has no effect carrier_backlash; it has '
-                         f'{[p.effect.name for p in servo.effects]}')
+    slide = slide_of(servo, *plays)
     if len(plays) < 2:
         raise ServoError(f'{servo.name}: a curve needs play at two settings, not at {len(plays)}')
     settings = tuple(sorted(plays))
-    path = f'effects.{placed[0]}'
+    path = f'effects.{slide}'
     constant, cosine, sine = _over_the_turn([plays[s] for s in settings])
     widths = tuple(max(0.0, plays[s].width * constant) for s in settings)
     worst = max(plays[s].std for s in settings)
