@@ -116,7 +116,8 @@ def spare_what_is_read(arguments: argparse.Namespace) -> None:
     read = [Path(one) for text in given for one in (text, *glob(text)) if Path(one).is_file()]
     for name in ('output', 'mapping_out', 'json'):
         path = getattr(arguments, name, None)
-        if path and Path(path).is_file() and any(one.samefile(path) for one in read):
+        if isinstance(path, str | Path) and Path(path).is_file() and any(
+                one.samefile(path) for one in read):
             raise ValueError(f'--{name.replace("_", "-")} {path} is a file that is read; name '
                              'another one to write')
 
