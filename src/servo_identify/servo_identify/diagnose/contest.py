@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from .answer.evidence import Finding
-from .decisions import ALTERNATIVE
+from .decisions import ALTERNATIVE, MENTION
 from .handed import Handed
 from .selection.confidence import exchanged, Rival, rivals_of
 from .selection.explain import Explained
@@ -70,6 +70,7 @@ class Contest:
         first = handed[0].handover.gaps
         nats = np.array([first['refit'].evidence(one.handover.gaps['refit'], first['given'])
                          for one in handed])
+        nats[np.abs(nats) < MENTION] = 0.0
         equations = np.array([self.known[number][0], *(one.confidence for one in rivals)])
         best = int(np.argmax(np.log(equations) + nats))
         keys = [self.found.hypotheses[n].mechanism.key for n, *_ in answers]

@@ -37,3 +37,6 @@ SAMPLING = 0.7
 
 EVEN = 0.5
 """Confidence, and share of the splits, from which a mechanism is named without reserve."""
+
+MENTION = 1.0
+"""Nats below which evidence is not worth more than a bare mention (Kass, Raftery: JASA 1995)."""

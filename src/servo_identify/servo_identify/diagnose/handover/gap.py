@@ -49,10 +49,12 @@ class Gap:
 
         Blocks count as observations, and all channels together as one: they show the same motion.
         Of two forms of what closes a gap (``whole``) it does not matter which leaves less, where
-        both leave no more than the best form of an effect may be off.
+        both leave no more than noise, or than the best form of an effect may be off.
         """
-        least = {c: FORM * whole.rms(c) if whole else 1e-300 for c in self.squares}
-        ratios = [max(self.rms(c), least[c]) / max(other.rms(c), least[c]) for c in self.squares]
+        least = {c: max(FORM * whole.rms(c), np.sqrt(CALIBRATED) * self.floor[c])
+                 if whole else 1e-300 for c in self.squares}
+        ratios = [max(self.rms(c), least[c]) / max(other.rms(c), least[c])
+                  for c in self.squares]
         nearer = float(np.mean(np.log(np.maximum(ratios, 1e-300)))) if ratios else 0.0
         return len(self.recording) * nearer
 
