@@ -47,5 +47,5 @@ def test_what_is_far_too_long_for_a_servo_is_refused_without_reading_it_all(tmp_
 
 
 def test_the_home_of_a_user_that_there_is_not_is_named():
-    with pytest.raises(ServoError, match='^~nobody_at_all/x.yaml: cannot be read: there is no su'):
+    with pytest.raises(ServoError, match='^~nobody_at_all/x.yaml: there is no such user'):
         shipped.servo_file('~nobody_at_all/x.yaml')

@@ -9,7 +9,7 @@ the equations say.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,6 +22,7 @@ from .selection.confidence import exchanged, Rival, rivals_of
 from .selection.explain import Explained
 
 MOST = 2  # rivals that are handed over: each takes as long as the answer itself
+LEAST = 1e-6  # share that a member has at least, for its logarithm
 
 Known = Mapping[int, tuple[float, list[Rival]]]
 """By the number of a member, how sure it is and its rivals."""
@@ -71,8 +72,8 @@ class Contest:
         nats = np.array([first['refit'].evidence(one.handover.gaps['refit'], first['given'])
                          for one in handed])
         nats[np.abs(nats) < MENTION] = 0.0
-        equations = np.array([self.known[number][0], *(one.confidence for one in rivals)])
-        best = int(np.argmax(np.log(equations) + nats))
+        shares = _logs([self.known[number][0], *(one.confidence for one in rivals)])
+        best = int(np.argmax(shares + nats))
         keys = [self.found.hypotheses[n].mechanism.key for n, *_ in answers]
         return _surer(handed[best], answers[best][0], dict(zip(keys, nats, strict=True)))
 
@@ -81,6 +82,10 @@ class Contest:
         if self.found.hypotheses[number].mechanism.outside:
             return []
         return [one for one in self.known[number][1] if not one.mechanism.outside][:MOST]
+
+
+def _logs(shares: Sequence[float]) -> np.ndarray:
+    return np.log(np.maximum(shares, LEAST))
 
 
 def _share(tick: Callable[[float], None], number: int, count: int, share: float) -> None:
@@ -96,7 +101,7 @@ def _surer(handed: Handed, number: int, nats: Mapping[tuple[str, ...], float]) -
             return one
         known = [one.confidence, *(rival.confidence for rival in one.rivals)]
         said = [0.0, *(nats.get(rival.mechanism.key, 0.0) - own for rival in one.rivals)]
-        shares = np.log(known) + said
+        shares = _logs(known) + said
         shares = np.exp(shares - shares.max())
         shares *= sum(known) / shares.sum()
         rivals = [replace(rival, confidence=float(share))
