@@ -18,6 +18,7 @@ import numpy as np
 from .answer.evidence import Finding
 from .decisions import ALTERNATIVE, MENTION
 from .handed import Handed
+from .handover.gap import Gap
 from .selection.confidence import exchanged, Rival, rivals_of
 from .selection.explain import Explained
 
@@ -37,7 +38,7 @@ class Contest:
 
     @property
     def member(self) -> int | None:
-        """The member that does most, of those with rivals that a twin can show; or None."""
+        """The member that does most, of those with rivals in its place; None without one."""
         search, fit = self.found.search, self.found.explanation.smallest
         return max((number for number in self.known if self._rivals(number)), default=None,
                    key=lambda number: search.fitted(fit.choice.minus(number)).total)
@@ -54,7 +55,7 @@ class Contest:
         Return the answer, or that with a rival, for which equations and simulation speak most.
 
         ``hand(found, known, tick)`` hands an answer over. The simulation speaks on the accept
-        recordings, where all values that may move are fitted beside each.
+        recordings, by the nearer of two files: the other values as given, or fitted beside each.
         """
         number = self.member
         if number is None:
@@ -68,9 +69,10 @@ class Contest:
         count = len(answers)
         handed = [hand(found, known, partial(_share, tick, n, count))
                   for n, (_, found, known) in enumerate(answers)]
-        first = handed[0].handover.gaps
-        nats = np.array([first['refit'].evidence(one.handover.gaps['refit'], first['given'])
-                         for one in handed])
+        gaps = [min((one.handover.gaps[name] for name in ('patch', 'refit')), key=Gap.total)
+                for one in handed]
+        given = handed[0].handover.gaps['given']
+        nats = np.array([gaps[0].evidence(gap, given) for gap in gaps])
         nats[np.abs(nats) < MENTION] = 0.0
         shares = _logs([self.known[number][0], *(one.confidence for one in rivals)])
         best = int(np.argmax(shares + nats))
@@ -78,10 +80,17 @@ class Contest:
         return _surer(handed[best], answers[best][0], dict(zip(keys, nats, strict=True)))
 
     def _rivals(self, number: int) -> list[Rival]:
-        """Return the rivals of a member that a twin can show in its place, the surest first."""
-        if self.found.hypotheses[number].mechanism.outside:
+        """
+        Return the rivals of a member that act where it does, the surest first.
+
+        Where something acts the equations tell: the memory of a late reading or command begins
+        unknown with each stretch that is simulated, and speaks against it.
+        """
+        own = self.found.hypotheses[number].mechanism
+        if own.outside:
             return []
-        return [one for one in self.known[number][1] if not one.mechanism.outside][:MOST]
+        return [one for one in self.known[number][1]
+                if one.mechanism.site == own.site and not one.mechanism.outside][:MOST]
 
 
 def _logs(shares: Sequence[float]) -> np.ndarray:
