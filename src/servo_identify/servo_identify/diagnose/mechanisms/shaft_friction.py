@@ -148,12 +148,20 @@ def _loaded(site: str) -> Mechanism:
     return Mechanism('load_dependent_friction', 'friction', site, ('load', 'direction'), 'odd')
 
 
+def _drifting(site: str) -> Mechanism:
+    return Mechanism('friction_drift', 'friction', site, ('time', 'temperature'), 'odd')
+
+
+def _temperatures(builder: Builder) -> tuple[float, float]:
+    """Return the mean temperature of all recordings and its range, degC."""
+    warm = np.concatenate([one.motion['temperature'] for one in builder.samples.errors])
+    return float(np.mean(warm)), float(np.ptp(warm))
+
+
 def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
     """Friction that settles with time or follows a temperature: at any speed, or with it."""
     times = [share * builder.scales.duration for share in TIMES]
-    mechanism = Mechanism('friction_drift', 'friction', site, ('time', 'temperature'), 'odd')
-    warm = np.concatenate([one.motion['temperature'] for one in builder.samples.errors])
-    mean, span = float(np.mean(warm)), float(np.ptp(warm))
+    mean, span = _temperatures(builder)
 
     def budget(one: EquationErrors) -> np.ndarray:
         fading = [np.exp(-one.motion.time / settling) for settling in times]
@@ -168,7 +176,7 @@ def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
     form = Form('time', 's', unit, lambda one: one.motion.time, lambda x: np.column_stack(
         [*(np.exp(-x / settling) for settling in times), *[np.zeros(len(x))] * (span > 0.0)]))
     return builder.hypothesis(
-        mechanism, builder.resisting(site, budget), [1] * (len(times) + (span > 0.0)), times,
+        _drifting(site), builder.resisting(site, budget), [1] * (len(times) + (span > 0.0)), times,
         either=True, form=form, room=(-most, np.inf), detail={'mean': mean, 'span': span} | (
             {'law': 'viscous_drift'} if viscous else {}))
 
@@ -176,9 +184,7 @@ def _drift(builder: Builder, site: str, viscous: bool) -> Hypothesis | None:
 def _thinning(builder: Builder, site: str, viscous: bool, residual: np.ndarray
               ) -> Hypothesis | None:
     """Friction of grease that thins with the temperature; ``residual`` (samples,) tells how."""
-    mechanism = Mechanism('friction_drift', 'friction', site, ('time', 'temperature'), 'odd')
-    warm = np.concatenate([one.motion['temperature'] for one in builder.samples.errors])
-    mean, span = float(np.mean(warm)), float(np.ptp(warm))
+    mean, span = _temperatures(builder)
     if not span > 0.0:
         return None
 
@@ -191,7 +197,7 @@ def _thinning(builder: Builder, site: str, viscous: bool, residual: np.ndarray
         THINS[0] / span, THINS[1] / span, f'{site}_torque',
         lambda one, thinning: -one.motion.direction[:, None] * budget(one, thinning), residual)
     return builder.hypothesis(
-        mechanism, columns, [0], (thinning, mean), tried=SHAPES,
+        _drifting(site), columns, [0], (thinning, mean), tried=SHAPES,
         detail={'law': 'viscous_drift'} if viscous else {})
 
 
