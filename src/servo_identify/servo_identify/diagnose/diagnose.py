@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import cache, partial
 
 from threadpoolctl import threadpool_limits
 
@@ -23,7 +24,7 @@ from .checks import CannotDiagnose, check, usable
 from .contest import Contest
 from .decisions import EVEN
 from .diagnosis import Diagnosis
-from .handed import Handed, handed_in, selecting
+from .handed import begun, Handed, handed_in, selecting
 from .handover.cut import Cut
 from .handover.shortened import judging
 from .handover.simulated_gap import Diverged, Simulated, simulated
@@ -69,8 +70,9 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     several = halves(contest.found)
     stages.begin('refit')
     try:
+        begin = cache(partial(begun, servo, parts, bool(accepting)))
         handed = contest.decided(lambda one, rivals, tick: handed_in(
-            one, rivals, several, parts, bool(accepting), without, tick), stages.share)
+            one, rivals, several, begin, without, tick), stages.share)
         stages.begin('comparison')
         evidence = _compared(servo, handed, several)
     except Diverged as problem:
@@ -138,8 +140,8 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
 
     Where the new file cannot run without an effect, or at all, the file as given stands for it.
     """
-    handover, report = handed.handover, list(handed.parts.report)
-    cut, judged = Cut(), judging(handed.accept, servo.step)
+    handover, report = handed.handover, list(handed.begun.parts.report)
+    cut, judged = Cut(), judging(handed.begun.accept, servo.step)
     given = simulated(servo, report, cut)
     patch = _run(handover.patch, report, cut) if handover.added else given
     same = content(handover.refit) == content(handover.patch)
@@ -158,7 +160,7 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
                                   - handover.gaps['patch'].total()) / (first.total() or 1.0)
     by_part = {id(one.part): one for one in handover.added}
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in handed.findings]
-    return Evidence(servo, handed.parts, handed.found, tuple(findings), several, handover,
+    return Evidence(servo, handed.begun.parts, handed.found, tuple(findings), several, handover,
                     reported, dropped, accepted, handed.doubtful)
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
 from .answer.evidence import Finding, named_in, names_of
@@ -15,6 +16,7 @@ from .decisions import EVEN
 from .handover.added import Added, added_of
 from .handover.chosen_fit import handed_over
 from .handover.curves import Part
+from .handover.given_file import given_file, GivenFile
 from .handover.handover import Handover
 from .handover.hypothesis_effects import friction_at_once, parts_of
 from .mechanisms.hypothesis import Mechanism, UNKNOWN
@@ -26,30 +28,56 @@ from .splitting import Split
 
 
 @dataclass(frozen=True)
+class Begun:
+    """
+    What answers that read the command alike have in common: recordings as they acted, the file.
+
+    ``fitting`` and ``accept`` are the recordings of the refit, and those that judge it.
+    """
+
+    parts: Split
+    fitting: tuple[Recording, ...]
+    accept: tuple[Recording, ...]
+    file: GivenFile
+
+
+def begun(servo: Servo, parts: Split, accepting: bool, late: float) -> Begun:
+    """
+    Return recordings whose command acts ``late`` sample periods after its row, with the file.
+
+    ``accepting``: recordings were named to accept. Raises simulated_gap.Diverged.
+    """
+    parts = split_as_acted(parts, late)
+    chosen = selecting(parts, accepting)
+    accept = list(parts.accept) or chosen
+    fitting = [one for one in chosen if all(one is not other for other in accept)] or chosen
+    return Begun(parts, tuple(fitting), tuple(accept), given_file(servo, fitting, accept))
+
+
+@dataclass(frozen=True)
 class Handed:
     """
-    An answer with its missing effects in files; ``parts`` are the recordings as they acted.
+    An answer with its missing effects in files; ``begun`` has the recordings as they acted.
 
     ``doubtful`` are effects that are not told: too few halves of the recordings name them.
     """
 
     found: Explained
     findings: tuple[Finding, ...]
-    parts: Split
-    accept: tuple[Recording, ...]
+    begun: Begun
     handover: Handover
     doubtful: tuple[Finding, ...]
 
 
 def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
-              several: Sequence[Half], parts: Split, accepting: bool,
+              several: Sequence[Half], begin: Callable[[float], Begun],
               without: Sequence[str], tick: Callable[[float], None]) -> Handed:
     """
     Return an answer with the files; raises simulated_gap.Diverged.
 
     ``known`` is by member how sure it is, and its rivals; ``several`` what halves of the
-    recordings say; ``accepting``: recordings were named to accept. ``without`` names mechanisms
-    that are left out.
+    recordings say; ``begin`` returns what is begun with, by how late the command acts. ``without``
+    names mechanisms that are left out.
     """
     named = _named(found, known, without)
     acting = [replace(one, added=replace(added, evidence=_evidence(found, named, one)))
@@ -60,13 +88,10 @@ def handed_in(found: Explained, known: Mapping[int, tuple[float, list[Rival]]],
     doubtful = _doubtful(found, several, acting)
     acting = [one for one in acting if one not in doubtful]
     acting = [replace(one, instead=_instead(found, several, one, acting)) for one in acting]
-    parts = split_as_acted(parts, command_late(found))
-    chosen = selecting(parts, accepting)
-    accept = list(parts.accept) or chosen
-    fitting = [one for one in chosen if all(one is not other for other in accept)] or chosen
-    handover = handed_over(found.samples.servo, [one.added for one in acting], fitting, accept,
+    first = begin(command_late(found))
+    handover = handed_over(first.file, [one.added for one in acting], first.fitting,
                            found.within_tolerance(), tick)
-    return Handed(found, tuple(acting), parts, tuple(accept), handover, doubtful)
+    return Handed(found, tuple(acting), first, handover, doubtful)
 
 
 def _instead(found: Explained, several: Sequence[Half], one: Finding, all_of: Sequence[Finding]

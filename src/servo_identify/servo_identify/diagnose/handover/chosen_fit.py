@@ -11,15 +11,15 @@ from servo_twin.recording.recording import Recording
 from ...fit.estimate import Estimate
 from .added import Added, servo_with
 from .certainty import held_spread, signed, spread, torque_scale, within_spread
+from .given_file import GivenFile
 from .handover import Handover
 from .held_values import surer, waves_held
-from .shortened import judging, shortened
-from .simulated_gap import Diverged, refitted
+from .simulated_gap import refitted
 from .trial import alike, built, everywhere, left_out, Trial, Tried, vanished
 
 
-def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Recording],
-                accepting: Sequence[Recording], moved_to: Mapping[str, float],
+def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Recording],
+                moved_to: Mapping[str, float],
                 tick: Callable[[float], None] = lambda share: None) -> Handover:
     """
     Return the missing effects with values fitted by simulation.
@@ -28,26 +28,19 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     On the accept recordings the better of these values and those of the equations are kept, and
     of a law and its flexible form the one that predicts better, the law where they are alike. An
     effect is dropped where the simulation speaks against it by more than the equations speak for
-    it. ``moved_to`` are the values within tolerance as the equations have them beside the effects,
-    by path: one of the starts of the fit. What lies outside the plant is taken as the equations
-    show it: the plant runs under the recorded command.
+    it. ``fitting`` are the recordings of the fit at their whole length. ``moved_to`` are the
+    values within tolerance as the equations have them beside the effects, by path: one of the
+    starts of the fit. What lies outside the plant is taken as the equations show it: the plant
+    runs under the recorded command.
     """
-    trial, warnings = Trial(shortened(fitting, servo.step), judging(accepting, servo.step)), []
+    servo, trial, tolerated, warnings = file.servo, file.trial, file.tolerated, []
     outside = [one for one in several if one.part.mechanism.outside]
     several = [one for one in several if one.acts and one not in outside]
-    tolerated = [path for path in servo.tolerance
-                 if path.split('.')[0] in ('drive', 'mechanism', 'effects')]
-    within = refitted(servo, trial.fitting, tolerated, near=False)
     starts = [servo, replace(servo, values={**servo.values, **{
         path: value for path, value in moved_to.items() if path in tolerated}})]
-    starts += [] if within is None else [within.servo]
+    starts += [] if file.within is None else [file.moved]
     tick(0.3)
-    given = trial.of(servo)
-    if given is None:
-        raise Diverged(f'{servo.name}: the simulation leaves the finite numbers on the '
-                       'recordings; its step may be too long')
     several = [waves_held(one, trial, starts) for one in several]
-    beside = (trial.of(within.servo) if within is not None else None) or given
     joint, chosen, added, base, helps = None, None, tuple(several), servo, False
     while added:
         if built(servo, added) is None:
@@ -61,7 +54,7 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
         if alone is not None:
             alone, joint = _lawful(starts, alone, joint, tolerated, trial)
         moved = _with_others(alone, joint, tolerated, trial)
-        best, helps = _standing(alone, moved, given, beside, trial)
+        best, helps = _standing(alone, moved, file.given, file.beside, trial)
         if best is None:
             added = ()
             break
@@ -84,10 +77,11 @@ def handed_over(servo: Servo, several: Sequence[Added], fitting: Sequence[Record
     stds = {name: std for name, std in stds.items() if name.partition('[')[0] not in held}
     stds |= held_spread(added, patch, scale)
     patch = signed(patch, stds, chosen.bags if chosen is not None else ())
-    refit = joint.servo if joint is not None else (within.servo if within else servo)
-    gaps = {'given': given.gap, 'patch': trial.gap(patch) or given.gap,
-            'refit': trial.gap(refit) or given.gap}
-    return Handover(servo, base, added, patch, refit, within.servo if within else servo, joint,
+    refit = joint.servo if joint is not None else file.moved
+    given = file.given.gap
+    gaps = {'given': given, 'patch': trial.gap(patch) or given,
+            'refit': trial.gap(refit) or given}
+    return Handover(servo, base, added, patch, refit, file.moved, joint,
                     helps or added == tuple(outside), gaps, tuple(warnings), stds)
 
 
