@@ -221,8 +221,8 @@ def _channels(surveys: Sequence[Survey], servo: Servo) -> list[Finding]:
     if not both:
         backlash = '' if all_have('motor_position') else 'backlash, '
         found.append(Finding('amber', f'With one encoder nothing can be said about {backlash}'
-                             'stiffness and transmission error; the other shaft is where the '
-                             'twin has it.', 'record both encoders'))
+                             'transmission error, and a stiffness is told by its resonance alone; '
+                             'the other shaft is where the twin has it.', 'record both encoders'))
     if not all_have('current'):
         found.append(Finding('amber', 'Without the current, drive and motor cannot be told '
                              'apart.', 'record the motor current'))

@@ -133,10 +133,16 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
                            with_others(drawn, one, now, effects.placed))))
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     if name == 'stiffness_error':
-        if servo.mechanism is not Rigid:
+        searched = [one.detail.get(name) for name in ('relaxation', 'stiffness')]
+        if servo.mechanism not in (Rigid, TwoInertia) or (
+                servo.mechanism is TwoInertia and searched[0] is None):
             return Added(part)
-        values, step = sprung(servo, part)
-        return Added(part, (), values, tuple(values), law=True, mechanism=TwoInertia, step=step)
+        values, step = sprung(servo, part, *searched)
+        stds = stds_of(part, lambda drawn: sprung(servo, drawn, *searched)[0])
+        if searched[0] is not None:  # by one shaft it is told as badly as when a row was read
+            stds['mechanism.damping'] = np.inf
+        return Added(part, (), values, tuple(values), law=True, mechanism=TwoInertia, step=step,
+                     stds=stds)
     waves = by_orders(part, one)
     if waves:
         mean = amplitudes[np.asarray(one.knots) == 0.0][:1] if len(one.knots) else []

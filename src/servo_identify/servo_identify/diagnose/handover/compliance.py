@@ -17,20 +17,26 @@ Compliance = tuple[dict[str, Value], float]
 """Stiffness and damping of the transmission, by path; the step that carries them, s."""
 
 
-def sprung(servo: Servo, part: Part) -> Compliance:
+def sprung(servo: Servo, part: Part, relaxation: float | None = None,
+           stiffness: float | None = None) -> Compliance:
     r"""
     Return the compliance of a part that lets the transmission twist.
 
     .. math:: w + \tau\,\dot w = c\,T, \quad K = 1/c, \quad D = \tau/c
+
+    ``relaxation`` is the time
+    :math:`\tau`, s, where it is not the second amplitude over the first; ``stiffness`` that which
+    was searched, in place of one by the amplitude.
     """
     amplitudes = part.amplitudes
     if part.curve is not None:  # a curve over torque or acceleration: its slope, the compliance
         inertia = servo.numbers['mechanism.load_inertia']
         torque = inertia if part.curve.variable == 'acceleration' else 1.0
         amplitudes = np.array([abs(part.curve.slope() / torque), 0.0])
-    relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (
-        amplitudes[0] > 0.0) else 0.0
-    return _two_inertias(servo, 1.0 / max(amplitudes[0], 1e-12), relaxation)
+    if relaxation is None:
+        relaxation = float(amplitudes[1]) / amplitudes[0] if len(amplitudes) > 1 and (
+            amplitudes[0] > 0.0) else 0.0
+    return _two_inertias(servo, stiffness or 1.0 / max(amplitudes[0], 1e-12), relaxation)
 
 
 def met(servo: Servo, frequency: float) -> Compliance:

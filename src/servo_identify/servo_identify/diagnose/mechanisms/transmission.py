@@ -21,6 +21,7 @@ from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
 from .shape_search import SHAPES
 from .slip import slip
+from .unseen_shaft import asked, unseen_shaft
 
 BENDS = np.array((0.2, 0.35, 0.55, 0.75))
 """Shares of the largest torque up to which it may be softer: below, a clearance is alike."""
@@ -35,6 +36,7 @@ PART = 0.35  # of a period that a shaft must cover for a kinematic error of that
 def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     """Yield the hypotheses of the transmission; of one angle alone, what the motor feels."""
     if 'transmission' not in builder.samples.present:
+        yield from filter(None, (unseen_shaft(builder, residual),))
         if 'torque' in builder.samples.present and all(
                 'motor_position' in one.measured.channels for one in builder.samples.errors):
             yield from filter(None, (loose_load(builder, residual),))
@@ -130,23 +132,12 @@ def _torsion(builder: Builder, of: Series) -> Columns:
 
 
 def _compliance(builder: Builder) -> Hypothesis | None:
-    """
-    The elasticity that a rigid twin lacks: torsion in proportion to torque and its rate.
-
-    Without a torque sensor the load's inertia takes most of the torque. Its acceleration is that
-    of the reading, which the test function smooths once, as it does the torsion: smoothed twice, a
-    resonance would be too small beside its own torsion.
-    """
+    """The elasticity that a rigid twin lacks: torsion in proportion to torque and its rate."""
     mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load',), 'odd')
-    inertia = builder.samples.servo.numbers['mechanism.load_inertia']
 
     def torsion(one: EquationErrors) -> np.ndarray:
-        torque, period = one.transmitted(), one.measured.period
-        if 'torque' not in one.measured.channels:
-            torque = torque - inertia * one.motion['load_acceleration']
-            sharp = np.pad(np.diff(one.angles()[1], 2), 1, mode='edge') / period**2
-            torque = np.nan_to_num(one.full(torque)) + inertia * sharp
-        return np.column_stack((torque, -np.gradient(torque, period)))
+        torque = asked(one)
+        return np.column_stack((torque, -np.gradient(torque, one.measured.period)))
 
     return builder.hypothesis(mechanism, _torsion(builder, torsion), [1, 1])
 

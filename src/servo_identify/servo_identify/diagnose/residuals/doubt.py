@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
+from ..decisions import FORM
 from .equation_errors import EquationErrors
 from .loop_output import untold
 
-TRUSTED = 0.7  # share of the twin's swing that is taken to be that of the rig
 WITHIN = 0.25  # s by which the rig may swing earlier or later
 SURE = 2.0  # times a gap that a shaft must travel to be through it
 TEETH = 24  # harmonics of the sawtooth of rounding that are looked at
@@ -133,4 +133,4 @@ def _swing(one: EquationErrors, equation: str) -> np.ndarray:
         values['mechanism.rotor_inertia'] * (ratio if equation == 'motor' else ratio**2))
     torque = np.abs(inertia * test.project(measured.twist, 2))
     apart = round(0.5 * WITHIN / (test.stride * test.period))
-    return (1.0 - TRUSTED) * maximum_filter1d(torque, 1 + 2 * apart)
+    return FORM * maximum_filter1d(torque, 1 + 2 * apart)

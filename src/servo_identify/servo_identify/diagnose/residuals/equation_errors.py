@@ -8,7 +8,7 @@ a signal of the same equations: :meth:`EquationErrors.of_signal`.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ from servo_twin.balances.equation_terms import equation_terms, ROTATING, Term
 from servo_twin.physics.motion_evaluation import EVALUATED
 
 from .along_motion import AlongMotion
+from .measured import twist_of
 from .motion import bridged, Motion
 
 
@@ -60,7 +61,24 @@ class EquationErrors(AlongMotion):
         if path.startswith('drive.'):
             return self._drive_slope(path, moved, step)
         before, after = self._nominal, self.residuals(moved)
+        if path.startswith('mechanism.') and self.measured.twist.any():
+            swing = self.of_signal(*self.turned({path: self.servo.numbers[path] + step}))
+            after = {name: values + swing.get(name, 0.0) for name, values in after.items()}
         return {name: (after[name] - before[name]) / step for name in after}
+
+    def turned(self, values: Mapping[str, float]) -> tuple[str, np.ndarray]:
+        """
+        Return the angle that is not measured, and by how much other ``values`` turn it.
+
+        By the name of its signal; the change in rad, (samples,). Values by path; those of the
+        servo turn it by nothing.
+        """
+        other = replace(self.servo, values={**self.servo.values, **values})
+        twist = twist_of(self.measured.recording, other, 2 * self.measured.shafts.spacing)
+        turned = twist - self.measured.twist
+        if 'motor_position' in self.measured.channels:
+            return 'load_position', -turned
+        return 'motor_position', turned * self.servo.numbers['mechanism.ratio']
 
     def _drive_slope(self, path: str, moved: np.ndarray, step: float) -> dict[str, np.ndarray]:
         answer = {}

@@ -116,7 +116,7 @@ def measure(recordings: Sequence[Recording], servo: Servo,
         shaft, gear, fast = (TestFunction(spacing, period, spacing * each)
                              for spacing, each in zip(some, apart, strict=True))
         prepared.append(Measured(recording, shaft, gear, fast, noise, count, looped, block,
-                                 _twist(recording, servo, 2 * some[0])))
+                                 twist_of(recording, servo, 2 * some[0])))
     return prepared
 
 
@@ -206,7 +206,7 @@ def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -
     return spacing
 
 
-def _twist(recording: Recording, servo: Servo, samples: int) -> np.ndarray:
+def twist_of(recording: Recording, servo: Servo, samples: int) -> np.ndarray:
     """
     Return the torsion by the twin where one shaft of an elastic machine is measured, rad.
 
