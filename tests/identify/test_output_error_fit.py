@@ -137,6 +137,7 @@ def test_it_frees_a_row_element_by_element():
 @pytest.mark.parametrize('free, said', [
     ([], 'no parameter is free'),
     (['mechanism.inertia'], "there is no parameter 'mechanism.inertia'"),
+    (['mechanism.rotor_inertai'], "did you mean 'mechanism.rotor_inertia'"),
     (['mechanism.stiffness[2]'], 'holds 1 number'),
     (['mechanism.stiffness'] * 2, 'freed twice'),
 ])
