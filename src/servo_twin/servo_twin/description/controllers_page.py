@@ -35,6 +35,7 @@ the square of the ratio. A gain in 1/s is the same on both sides.
 
 ## How to see its error
 
+<!-- not run: BAG is a recording of yours with its reference -->
 ```sh
 servo-twin replay BAG --servo S.yaml --mode closed_loop
 ```
