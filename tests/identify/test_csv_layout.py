@@ -316,3 +316,11 @@ def test_a_unit_behind_each_number_is_named(tmp_path, line):
 def test_numbers_of_base_sixteen_have_no_unit(tmp_path):
     (tmp_path / 'a.csv').write_text('t,a,b,c\n' + '1,0x1f,0x2e,0xa\n' * 9)
     assert read_table(tmp_path / 'a.csv').columns['a'][0] == 31.0
+
+
+@pytest.mark.parametrize('separator', [';', ',', '\t'])
+def test_a_row_of_empty_cells_below_the_names_hides_them_not(tmp_path, separator):
+    cells = [['Zeit [ms]', 'u [V]', 'q [rad]'], ['', '', ''],
+             *([str(2 * k), str(k % 7), f'{k * k}'] for k in range(20))]
+    (tmp_path / 'a.csv').write_text('\n'.join(map(separator.join, cells)))
+    assert tuple(read_table(tmp_path / 'a.csv').columns) == ('Zeit [ms]', 'u [V]', 'q [rad]')

@@ -19,6 +19,7 @@ TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
 _LAST = 50  # lines at the end of these, by which the columns are told
+_EMPTY = ' \t\r\n;,|'  # a line of these alone is a row of empty cells
 _BLANKS = ' '  # any number of them parts columns
 _OF_R = _BLANKS + '\t'
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
@@ -112,7 +113,7 @@ def layout_of(path: Path) -> Layout:
     """
     encoding, begin = text_of(path)
     lines = LINE_END.split(begin)
-    shown = [k for k, line in enumerate(lines) if line.strip() and not MARKS.match(line)]
+    shown = [k for k, line in enumerate(lines) if line.strip(_EMPTY) and not MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
     refuse_logs(path, [lines[k] for k in shown])
@@ -127,7 +128,7 @@ def layout_of(path: Path) -> Layout:
         is_number(columns.cells(lines[shown[n]])[0] or '0') or all(rows[n:n + 2]))), 1)
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
-    above = [k for k, line in enumerate(lines[:row]) if line.strip()]
+    above = [k for k, line in enumerate(lines[:row]) if line.strip(_EMPTY)]
     remark = MARKS.match(lines[above[-1]]) if above else None
     told = columns.cells(lines[above[-1]][remark.end():]) if remark else []
     if len(told) != columns.count or any(map(is_number, told)):
