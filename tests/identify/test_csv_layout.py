@@ -324,3 +324,11 @@ def test_a_row_of_empty_cells_below_the_names_hides_them_not(tmp_path, separator
              *([str(2 * k), str(k % 7), f'{k * k}'] for k in range(20))]
     (tmp_path / 'a.csv').write_text('\n'.join(map(separator.join, cells)))
     assert tuple(read_table(tmp_path / 'a.csv').columns) == ('Zeit [ms]', 'u [V]', 'q [rad]')
+
+
+def test_a_name_that_stands_twice_in_the_header_is_said_to(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,voltage,motor_position,motor_position\n' + ''.join(
+        f'{0.001 * k},1,{k},{2 * k}\n' for k in range(20)))
+    with pytest.raises(ValueError, match="the header names 'motor_position' 2 times"):
+        import_table(path, SERVO)
