@@ -151,6 +151,13 @@ def test_it_says_which_channel_lacks(tmp_path, capsys):
     assert 'it needs current, which was not recorded' in said and 'not excited' not in said
 
 
+def test_it_says_of_a_pattern_that_it_follows_one_recording(tmp_path, capsys):
+    pattern = str(EXAMPLE / 'runs' / 'multisine_*.csv')
+    assert main(['online', pattern, '--servo', str(EXAMPLE / 'fan.yaml'), '-o',
+                 str(tmp_path / 'on')]) == 2
+    assert 'names 3 files, and online takes one' in capsys.readouterr().err
+
+
 def test_it_warns_of_what_the_check_finds_red(tmp_path, capsys):
     words, columns = example(tmp_path / 'a.csv')
     assert main(words) == 0 and 'warning' not in capsys.readouterr().err

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, say, tell
 
-from ..data.arguments import add_data, files
+from ..data.arguments import add_data, one_file
 
 if TYPE_CHECKING:
     import numpy as np
@@ -53,7 +53,7 @@ def main(arguments: argparse.Namespace) -> int:
         if not value > 0.0:
             raise ValueError(f'{name} = {value:g} s; it must be positive')
     servo = servo_file.load(arguments.servo)
-    path, = files([arguments.bag])
+    path = one_file(arguments.bag, 'online')
     new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
     with open_one(path, arguments.servo, arguments.mapping, arguments.namespace) as recording:
         return _followed(servo, recording, arguments)

@@ -27,6 +27,8 @@ MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
 _QUOTED = re.compile('"([^"]*)"')
 _UNIT_BEHIND = re.compile(r'(?<=\S)[ \t]+([\[(][^\[\]()\d]*[\])])(?=\s|$)')
 """A unit in brackets that a blank parts from its name: u [V], torque [N m]."""
+_THOUSANDS = re.compile(r'[-+]?[1-9]\d{0,2}(,\d{3})+')
+"""A number in quotes whose commas may part thousands."""
 _TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
 """What a column is called that has one of these units and no name."""
 
@@ -166,7 +168,8 @@ def _columns_of(lines: Sequence[str]) -> _Columns:
     numbers = [k for k, cells in enumerate(across) if any(map(is_number, cells)) and 2 * sum(
         map(is_number, cells)) >= sum(map(bool, cells))]
     shown = [cell for k in numbers for cell in across[k] if is_number(cell)]
-    commas = delimiter != ',' and any(',' in one for one in shown)
+    commas = any(',' in one and (delimiter != ',' or not _THOUSANDS.fullmatch(one))
+                 for one in shown)
     return _Columns(delimiter, count, tuple(numbers),
                     ',' if commas and not any('.' in one for one in shown) else '.')
 
