@@ -191,6 +191,18 @@ def test_the_command_writes_a_servo_file_with_errors_and_hashes(bag, tmp_path, c
     assert 'standard error' in capsys.readouterr().out
 
 
+@pytest.mark.parametrize('report, said', [
+    ('mine.json', '--force'), ('mine.json/r.json', 'nothing can be written there')])
+def test_the_command_judges_the_place_of_the_report_before_it_fits(tmp_path, capsys, report, said):
+    mine = tmp_path / 'mine.json'
+    mine.write_text('mine')
+    bag = tmp_path / 'a.mcap'
+    bag.write_text('no bag, as reading it would find')
+    assert main(['fit', str(bag), '--servo', 'config/servos/rv_bench.yaml', '-o',
+                 str(tmp_path / 'found.yaml'), '--report', str(tmp_path / report)]) == 2
+    assert said in capsys.readouterr().err and mine.read_text() == 'mine'
+
+
 def test_the_command_leaves_nothing_when_it_fails(bag, tmp_path, capsys):
     found = tmp_path / 'found.yaml'
     status = main(['fit', str(bag), '--servo', 'config/servos/rv_bench.yaml', '-o', str(found),
