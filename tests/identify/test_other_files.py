@@ -249,6 +249,14 @@ def test_names_beside_an_array_of_hdf5_are_those_of_its_columns(tmp_path, writte
     assert np.array_equal(found['voltage [V]'], VOLTAGE)
 
 
+def test_the_label_of_a_muxed_signal_of_simulink_names_its_columns(tmp_path):
+    savemat(tmp_path / 'a.mat', {'ScopeData': {'time': TIME, 'signals': {
+        'values': DATA[:, 1:], 'dimensions': 2.0, 'label': 'u, q'}}})
+    found = read_table(tmp_path / 'a.mat')
+    assert sorted(found.columns) == ['ScopeData.time', 'q', 'u']
+    assert np.array_equal(found['u'], VOLTAGE)
+
+
 @pytest.mark.parametrize('within', [lambda held: held, lambda held: {'log': held}])
 def test_a_cell_of_names_beside_a_matrix_of_matlab_names_its_columns(tmp_path, within):
     savemat(tmp_path / 'a.mat', within({

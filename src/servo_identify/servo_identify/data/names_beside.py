@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-BESIDE = ('columns', 'names', 'channels')
-"""What the array of the names is called."""
+BESIDE = ('columns', 'names', 'channels', 'label')
+"""What the names are called, an array or one text; the last is that of a scope of Simulink."""
 OF_PANDAS = ('_items', '_values')
 """How names and numbers end of a block of a frame that pandas wrote into HDF5."""
 
@@ -57,8 +57,8 @@ def _is_of(beside: str, key: str) -> bool:
 
 
 def _texts(value: Any) -> list[str]:
-    """Return the names that an array of texts holds; [] where it is none, or one is twice."""
-    array = np.asarray(value)
+    """Return the names that texts or a text with commas hold; [] where one is none or twice."""
+    array = np.asarray(value.split(',') if isinstance(value, str) and ',' in value else value)
     if array.dtype.kind not in 'US' or array.ndim != 1:
         return []
     names = [one.decode('utf8', 'replace') if isinstance(one, bytes) else str(one)
