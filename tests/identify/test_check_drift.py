@@ -79,7 +79,8 @@ def test_it_tells_friction_that_drifts_with_its_slope_at_the_largest_speed():
 
 def test_it_advises_warmth_only_where_friction_falls_from_recording_to_recording():
     several, servo = joint((2e-4,) * 5, (0.05, 0.045, 0.04, 0.03, 0.02))
-    assert 'warm up' in said(several, 'The friction differs', servo)[0].action
+    action = said(several, 'The friction differs', servo)[0].action
+    assert 'warm up' in action and 'friction_drift' in action
     several, servo = joint((2e-4,) * 5, (0.02, 0.05, 0.02, 0.05, 0.02))
     found, = said(several, 'The friction differs', servo)
     assert 'drags in run_1, run_3:' in found.action and 'warm up' not in found.action

@@ -44,8 +44,8 @@ def test_the_command_prints_findings_as_json_and_fails_where_one_is_red(good, tm
     assert main(['check', str(tmp_path / 's*'), '--servo', str(SERVO)]) == 1
     said = capsys.readouterr()
     assert 'turn the sign' in said.out
-    assert 'as the servo file does not give them: ' in said.err
     assert 'give those that differ' in said.err
+    assert '  controller.filter = 0.0 s (Time constant of the speed filter)\n' in said.err
 
 
 def test_it_says_once_what_is_so_of_several_recordings(good):

@@ -70,7 +70,7 @@ def test_times_of_a_clock_are_seconds(tmp_path, shown, period):
 @pytest.mark.parametrize(('rows', 'blamed'), [
     ('0;2,5;3,6\n1;2,5;1.081,6\n2;2,5;1,081.6\n', "'1.081,6' in row 2"),
     ("0;2.5;3\n1;2.5;1'000\n", '"1\'000" in row 2'),
-    ('0,"2,65",3\n1,"2,65",4\n', "'2,65' in row 1")])
+    ('0,"2,650",3\n1,"2,650",4\n', "'2,650' in row 1")])
 def test_it_says_of_a_number_why_its_signs_are_not_read(tmp_path, rows, blamed):
     path = tmp_path / 'a.csv'
     path.write_text('t;u;motor_position\n'.replace(';', ';' if ';' in rows else ',') + rows)
@@ -316,3 +316,31 @@ def test_a_unit_behind_each_number_is_named(tmp_path, line):
 def test_numbers_of_base_sixteen_have_no_unit(tmp_path):
     (tmp_path / 'a.csv').write_text('t,a,b,c\n' + '1,0x1f,0x2e,0xa\n' * 9)
     assert read_table(tmp_path / 'a.csv').columns['a'][0] == 31.0
+
+
+@pytest.mark.parametrize('separator', [';', ',', '\t'])
+def test_a_row_of_empty_cells_below_the_names_hides_them_not(tmp_path, separator):
+    cells = [['Zeit [ms]', 'u [V]', 'q [rad]'], ['', '', ''],
+             *([str(2 * k), str(k % 7), f'{k * k}'] for k in range(20))]
+    (tmp_path / 'a.csv').write_text('\n'.join(map(separator.join, cells)))
+    assert tuple(read_table(tmp_path / 'a.csv').columns) == ('Zeit [ms]', 'u [V]', 'q [rad]')
+
+
+def test_a_name_that_stands_twice_in_the_header_is_said_to(tmp_path):
+    path = tmp_path / 'a.csv'
+    path.write_text('t,voltage,motor_position,motor_position\n' + ''.join(
+        f'{0.001 * k},1,{k},{2 * k}\n' for k in range(20)))
+    with pytest.raises(ValueError, match="the header names 'motor_position' 2 times"):
+        import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('cell, decimal', [
+    ('{:.3f}', True), ('{:.2f}', True), ('1,{:03.0f}', False)])
+def test_commas_in_quotes_are_decimal_unless_they_may_part_thousands(tmp_path, cell, decimal):
+    rows = [','.join(f'"{cell.format(one)}"'.replace('.', ',') for one in (k / 8, 2.0 * k))
+            for k in range(20)]
+    (tmp_path / 'a.csv').write_text('\n'.join(['t,motor_position', *rows]))
+    found = read_table(tmp_path / 'a.csv')
+    assert ('motor_position' in found.columns) == decimal
+    assert not decimal or found['motor_position'] == pytest.approx(2.0 * np.arange(20))
+    assert decimal or 'no sign between thousands' in found.refused['motor_position']

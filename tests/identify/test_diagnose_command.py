@@ -90,6 +90,15 @@ def test_it_refuses_to_leave_out_what_is_no_cause_before_it_reads(tmp_path, capf
     assert "no effect 'gravitation'" in error and "did you mean 'gravity'?" in error
 
 
+@pytest.mark.parametrize('wrong, meant', [
+    ('parameter:rotor_inertai', 'parameter:rotor_inertia'),
+    ('parameter:viscous.slop', 'parameter:viscous.slope'),
+    ('parameter:level', 'parameter:coulomb.level')])
+def test_it_refuses_to_leave_out_a_value_that_the_servo_file_does_not_have(wrong, meant):
+    with pytest.raises(ValueError, match=f"no value '{wrong}'.*did you mean '{meant}'"):
+        check_without([wrong], SERVO)
+
+
 def test_it_leaves_out_every_effect_that_the_page_of_symptoms_has():
     page = (FILE.parents[2] / 'docs' / 'symptoms.md').read_text()
     rows = {row.replace('-', '_') for row in re.findall(r'<a id="([\w-]+)"', page)}

@@ -32,6 +32,16 @@ def test_init_asks_for_no_column_whatever_the_language(tmp_path, capsys, languag
     assert '--column' not in said and '--rotor-inertia' in said
 
 
+def test_init_proposes_the_unit_that_a_name_says_in(tmp_path, capsys):
+    path, time = tmp_path / 'a.csv', np.arange(0.0, 4.0, 0.005)
+    rows = '\n'.join(f'{1e3 * t:.0f};{2 * np.cos(t):.4f};{np.cos(t):.4f};{20 * np.sin(3 * t):.5f}'
+                     for t in time)
+    path.write_text(f'Zeit in ms;Spannung in V;Strom in A;Motorwinkel in º\n{rows}\n', 'cp1252')
+    assert main(['init', str(path), '-o', str(tmp_path / 's.yaml'), '--no-questions']) == 2
+    said = capsys.readouterr().err
+    assert '--column' not in said and '--rotor-inertia' in said
+
+
 @pytest.mark.parametrize(('name', 'column'), [
     ('Consigne de vitesse', 'reference_velocity'), ('Vitesse moteur [tr/min]', ''),
     ('Erreur de position', ''), ('Tension bus', ''), ('Température', 'temperature'),
@@ -45,6 +55,7 @@ def test_it_tells_columns_by_their_names(name, column):
 
 
 @pytest.mark.parametrize(('unit', 'wanted', 'factor'), [
+    ('º/s', 'rad/s', np.pi / 180.0),
     ('tr/min', 'rad/s', np.pi / 30.0), ('giri/min', 'rad/s', np.pi / 30.0),
     ('degrés', 'rad', np.pi / 180.0), ('gradi', 'rad', np.pi / 180.0),
     ('vueltas', 'rad', 2.0 * np.pi),

@@ -257,6 +257,15 @@ def test_a_fit_prints_its_values_and_gives_a_servo_file_with_comments(data, tmp_
         '#' in line for line in BENCH.text.splitlines()) > 0
 
 
+def test_a_fit_says_what_the_check_finds_red(data):
+    path = 'effects.coulomb.level'
+    assert not any('To do' in one for one in si.fit(data[:1], BENCH, [path]).estimate.warnings)
+    wrong = [replace(one, columns={**one.columns, 'load_position': -one['load_position']})
+             for one in data[:1]]
+    first = si.fit(wrong, BENCH, [path]).estimate.warnings[0]
+    assert 'runs against' in first and 'negate: true' in first
+
+
 @pytest.mark.slow
 def test_an_answer_prints_its_sentence_and_is_a_page_in_a_notebook(answer):
     assert repr(answer) == answer.sentence == answer.report.verdict['sentence']

@@ -185,6 +185,17 @@ def test_the_noise_of_a_current_is_more_than_its_resolution_and_less_than_what_t
     assert unit == 'A' and 'encoder' not in said and 'scatter' in said
 
 
+@pytest.mark.parametrize('share', ['10 %', '0.1'])
+def test_a_tolerance_is_a_share_or_a_percentage(run, tmp_path, share):
+    data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
+    assert init(data, tmp_path, '--si', '--column', 'motor_position=theta:rad', '--tolerance',
+                share) == 0
+    servo = load(tmp_path / 'new' / 's.yaml')
+    low, high = servo.tolerance['drive.resistance']
+    assert (low, high) == pytest.approx((0.9 * servo.values['drive.resistance'],
+                                         1.1 * servo.values['drive.resistance']))
+
+
 def test_a_ratio_gets_no_tolerance_but_a_hint_for_belts(run, tmp_path):
     data = write(tmp_path / 'run.csv', {name: run[name] for name in ('time', 'u', 'i', 'theta')})
     assert init(data, tmp_path, '--si', '--column', 'motor_position=theta:rad', '--tolerance',

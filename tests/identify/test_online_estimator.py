@@ -15,6 +15,7 @@ from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
 from servo_twin.recording.joined_samples import CHANNELS, samples_of
 
+EXAMPLE = Path(__file__).resolve().parents[2] / 'docs' / 'example'
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 SERVO = CONFIG / 'servos' / 'rv_bench.yaml'
 PERIOD = 1e-3
@@ -130,6 +131,38 @@ def test_it_follows_a_gearbox_that_warms_up(tmp_path, capsys):
     assert 'effects.viscous.slope: ' in capsys.readouterr().out
     assert (tmp_path / 'on' / 'online.png').stat().st_size > 10_000
     assert (tmp_path / 'on' / 'online.csv').read_text().startswith('t,effects.coulomb.level,')
+
+
+def example(path, **changes):
+    """Write a recording of the docs with other columns, None for those that are left out."""
+    rows = np.genfromtxt(EXAMPLE / 'runs' / 'multisine_1.csv', delimiter=',', skip_header=1)
+    names = ('t', 'voltage', 'current', 'motor_position', 'load_position')
+    columns = {**dict(zip(names, rows.T, strict=True)), **changes}
+    kept = {name: column for name, column in columns.items() if column is not None}
+    np.savetxt(path, np.stack(list(kept.values()), 1), delimiter=',', header=','.join(kept),
+               comments='')
+    return ['online', str(path), '--servo', str(EXAMPLE / 'fan.yaml'), '-o',
+            str(path.with_suffix(''))], columns
+
+
+def test_it_says_which_channel_lacks(tmp_path, capsys):
+    assert main(example(tmp_path / 'a.csv', current=None)[0]) == 1
+    said = capsys.readouterr().out
+    assert 'it needs current, which was not recorded' in said and 'not excited' not in said
+
+
+def test_it_says_of_a_pattern_that_it_follows_one_recording(tmp_path, capsys):
+    pattern = str(EXAMPLE / 'runs' / 'multisine_*.csv')
+    assert main(['online', pattern, '--servo', str(EXAMPLE / 'fan.yaml'), '-o',
+                 str(tmp_path / 'on')]) == 2
+    assert 'names 3 files, and online takes one' in capsys.readouterr().err
+
+
+def test_it_warns_of_what_the_check_finds_red(tmp_path, capsys):
+    words, columns = example(tmp_path / 'a.csv')
+    assert main(words) == 0 and 'warning' not in capsys.readouterr().err
+    main(example(tmp_path / 'b.csv', current=1e3 * columns['current'])[0])
+    assert 'warning: a factor of 1/1000 on current' in capsys.readouterr().err
 
 
 def test_it_tracks_nothing_of_a_servo_that_has_nothing_to_track():

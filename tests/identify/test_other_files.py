@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow
 from pyarrow import ipc
 import pytest
+from scipy.io import savemat
 
 from servo_identify.data import mat_file
 from servo_identify.data.reading import read_one
@@ -218,3 +219,48 @@ def test_an_object_in_a_mat_file_of_version_7_is_told_by_its_name():
     held = np.array([(b'log', b'MCOS', b'timeseries', None)], fields)  # as scipy has it
     (name, kind), = mat_file.leaves('None', held)
     assert name == 'log' and kind.item() == (b'timeseries',)
+
+
+DATA = np.column_stack([TIME, VOLTAGE, ANGLE])
+
+
+def _beside(file, group):
+    file[f'{group}data'] = DATA.T
+    file[f'{group}names'] = [name.encode() for name in COLUMNS]
+
+
+def _attribute(file, group):
+    file.create_dataset(f'{group}data', data=DATA).attrs['columns'] = COLUMNS
+
+
+def _of_pandas(file, group):
+    file[f'{group}block0_values'] = DATA
+    file[f'{group}block0_items'] = [name.encode() for name in COLUMNS]
+
+
+@pytest.mark.parametrize('group', ['', 'log/'])
+@pytest.mark.parametrize('written', [_beside, _attribute, _of_pandas])
+def test_names_beside_an_array_of_hdf5_are_those_of_its_columns(tmp_path, written, group):
+    h5py = pytest.importorskip('h5py')
+    with h5py.File(tmp_path / 'a.h5', 'w') as file:
+        written(file, group)
+    found = read_table(tmp_path / 'a.h5')
+    assert sorted(found.columns) == sorted(COLUMNS) and not found.warnings
+    assert np.array_equal(found['voltage [V]'], VOLTAGE)
+
+
+def test_the_label_of_a_muxed_signal_of_simulink_names_its_columns(tmp_path):
+    savemat(tmp_path / 'a.mat', {'ScopeData': {'time': TIME, 'signals': {
+        'values': DATA[:, 1:], 'dimensions': 2.0, 'label': 'u, q'}}})
+    found = read_table(tmp_path / 'a.mat')
+    assert sorted(found.columns) == ['ScopeData.time', 'q', 'u']
+    assert np.array_equal(found['u'], VOLTAGE)
+
+
+@pytest.mark.parametrize('within', [lambda held: held, lambda held: {'log': held}])
+def test_a_cell_of_names_beside_a_matrix_of_matlab_names_its_columns(tmp_path, within):
+    savemat(tmp_path / 'a.mat', within({
+        'data': DATA, 'names': np.array(COLUMNS, dtype=object)}))
+    found = read_table(tmp_path / 'a.mat')
+    assert sorted(found.columns) == sorted(COLUMNS)
+    assert np.array_equal(found['motor_position [deg]'], ANGLE)

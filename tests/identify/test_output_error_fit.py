@@ -137,6 +137,7 @@ def test_it_frees_a_row_element_by_element():
 @pytest.mark.parametrize('free, said', [
     ([], 'no parameter is free'),
     (['mechanism.inertia'], "there is no parameter 'mechanism.inertia'"),
+    (['mechanism.rotor_inertai'], "did you mean 'mechanism.rotor_inertia'"),
     (['mechanism.stiffness[2]'], 'holds 1 number'),
     (['mechanism.stiffness'] * 2, 'freed twice'),
 ])
@@ -188,6 +189,18 @@ def test_the_command_writes_a_servo_file_with_errors_and_hashes(bag, tmp_path, c
     said = servo.provenance['effects.coulomb.level']
     assert said.std > 0.0 and '#' in said.bags[0]
     assert 'standard error' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize('report, said', [
+    ('mine.json', '--force'), ('mine.json/r.json', 'nothing can be written there')])
+def test_the_command_judges_the_place_of_the_report_before_it_fits(tmp_path, capsys, report, said):
+    mine = tmp_path / 'mine.json'
+    mine.write_text('mine')
+    bag = tmp_path / 'a.mcap'
+    bag.write_text('no bag, as reading it would find')
+    assert main(['fit', str(bag), '--servo', 'config/servos/rv_bench.yaml', '-o',
+                 str(tmp_path / 'found.yaml'), '--report', str(tmp_path / report)]) == 2
+    assert said in capsys.readouterr().err and mine.read_text() == 'mine'
 
 
 def test_the_command_leaves_nothing_when_it_fails(bag, tmp_path, capsys):

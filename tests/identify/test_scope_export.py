@@ -49,6 +49,19 @@ def exported(path: Path, *, sep: str = '\t', comma: str = ',', groups: int = 2, 
     return path
 
 
+@pytest.mark.parametrize('word, begin', [
+    ('Einheit', 'Starttime of export'), ('Einheit', 'Startzeit des Exports'),
+    ('Unité', 'Début')])
+def test_it_reads_units_behind_a_key_in_another_language(tmp_path, word, begin):
+    path = exported(tmp_path / 'a.csv', sep=';')
+    text = path.read_text('utf-8-sig').replace('Starttime of export', begin)
+    text = text.replace('SampleTime[ms]', 'Abtastzeit').replace('Unit', word)
+    path.write_bytes(text.encode('cp1252'))
+    found = import_table(path, SERVO)
+    assert found.period == 0.002
+    assert found['motor_position'] == pytest.approx(np.radians(ANGLE), abs=1e-8)
+
+
 @pytest.mark.parametrize('how', [
     {}, {'groups': 1}, {'sep': ';'}, {'sep': ',', 'comma': '.', 'groups': 1}, {'stamps': True},
     {'stamps': True, 'groups': 1}], ids=str)

@@ -63,6 +63,16 @@ def test_it_makes_nothing_up_across_a_hole(tmp_path):
     assert any('holes of more than 3 periods' in warning for warning in recording.warnings)
 
 
+def test_times_that_are_even_but_for_a_hole_are_not_called_uneven(tmp_path):
+    kept = np.r_[0:800, 1200:2000]
+    columns = {'t': np.round(2e-3 * kept, 3), 'voltage': np.ones(len(kept)),
+               'motor_position': 1e-3 * kept}
+    recording = import_table(write_csv(tmp_path / 'a.csv', columns), SERVO)
+    assert recording.warnings == ('400 rows lie in holes of more than 3 periods, the first at '
+                                  't = 1.6 s; they are NaN',)
+    assert not recording.resampled and recording.period == 0.002
+
+
 def test_jitter_and_lost_rows_leave_the_period_what_it_was(tmp_path):
     random = np.random.default_rng(5)
     time = (TIME + random.uniform(-2e-5, 2e-5, 200))[random.random(200) > 0.05]

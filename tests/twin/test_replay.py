@@ -1,5 +1,6 @@
 """Replay: a recording through the twin, as files and through the graph."""
 
+from dataclasses import replace
 from pathlib import Path
 from threading import Thread
 from time import monotonic
@@ -102,6 +103,22 @@ def test_it_begins_anew_after_a_long_gap_and_says_so(recording, servo):
     again = answer(without(recording, slice(500, 900)), servo)
     assert again.restarts == 1
     assert 'the twin began again 1 times' in again.warnings[0]
+
+
+@pytest.mark.parametrize('lacking, said', [
+    ((), ''), (('reference_velocity',), 'reference_velocity was not recorded: the loop')])
+def test_it_says_that_no_reference_closed_the_loop(recording, servo, lacking, said):
+    nothing = np.full(len(recording), np.nan)
+    again = answer(replace(recording, columns={
+        **recording.columns, **dict.fromkeys(lacking, nothing)}), servo, Settings('closed_loop'))
+    assert [one[:len(said)] for one in again.warnings] == [said] * len(lacking)
+
+
+def test_it_refuses_a_loop_without_a_reference_and_a_command(recording, servo):
+    nothing = np.full(len(recording), np.nan)
+    columns = {**recording.columns, 'reference_velocity': nothing, 'voltage': nothing}
+    with pytest.raises(ServoError, match=r"none of \['reference_velocity', 'voltage'\] was"):
+        answer(replace(recording, columns=columns), servo, Settings('closed_loop'))
 
 
 @pytest.mark.parametrize('lacking, said', [

@@ -86,6 +86,12 @@ def test_of_a_winding_two_quotients_are_known_and_the_flags_fix_the_rest():
     (lambda: read('<damper name="a" joint="j" kv="1" ctrlrange="0 1"/>'), 'no affine function'),
     (lambda: read('<muscle name="a" joint="j" ctrlrange="0 1" lengthrange="-1 1"/>'), "'a'"),
     (lambda: read('<general name="a" joint="j" biastype="affine" biasprm="0 3 0"/>'), 'pushes'),
+    (lambda: read('<muscle name="m" joint="j" ctrlrange="0 1" lengthrange="-1 1"/>'),
+     'take it out of the model'),
+    (lambda: read('<muscle name="m" joint="j" ctrlrange="0 1" lengthrange="-1 1"/>'
+                  '<motor name="b" joint="j"/>'), "--actuator (['b'])"),
+    (lambda: read('<general name="a" joint="j" gainprm="0" biastype="affine" '
+                  'biasprm="0 -3 0"/>'), 'does not answer to its control'),
     (lambda: read('<general name="a" joint="j" biastype="affine" biasprm="2 0 0"/>'), 'pushes'),
     (lambda: joint_of(pendulum(), 'none', 'x'), "no joint 'none'; hinges and slides are ['j'"),
     (lambda: joint_of(pendulum(), 'j', 'x', keyframe='home'), "no keyframe 'home'"),

@@ -184,3 +184,15 @@ def test_a_plugin_is_read_as_it_answers(integral):
                        f'{dimension}/>')
     assert (joint.kp, joint.kd, joint.gain) == pytest.approx((40.0, 2.0, 0.0), rel=2e-3)
     assert any('an integral' in one for one in joint.left_out) == bool(integral)
+
+
+def test_a_body_that_adheres_is_named_and_drives_nothing():
+    joint = read('<adhesion name="grip" body="arm" ctrlrange="0 1" gain="5"/>'
+                 '<adhesion name="far" body="other" ctrlrange="0 1" gain="5"/>')
+    assert joint.left_out == ("actuator 'grip': the adhesion of body 'arm' to what it touches, no "
+                              'torque of the joint',)
+
+
+def test_a_cylinder_is_a_drive_with_a_lag():
+    joint = read('<cylinder name="a" joint="j" timeconst="0.1" area="0.01"/>')
+    assert joint.gain == pytest.approx(0.01) and joint.lag == pytest.approx(0.1)

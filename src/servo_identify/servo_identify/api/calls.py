@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
 from ..data.recording_check import check as check_data
+from ..data.recording_check import contradictions
 from ..data.rows_in_turn import check_turns
 from ..data.several_runs import long_enough, runs_of
 from ..data.split_stamps import with_whole_stamps
@@ -122,7 +124,8 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
         raise ServoError(f'{machine.name}: no parameter has a tolerance; name some as free')
     looked, = _looked_at(data)
     estimate = fit_output_error(machine.servo, looked, names, **{'delays': True, **how})
-    return Fitted(estimate, machine)
+    wrong = contradictions(looked, machine.servo)
+    return Fitted(replace(estimate, warnings=(*wrong, *estimate.warnings)), machine)
 
 
 def diagnose(data: Sequence[Recording], servo: Machine, *, accept: Sequence[Recording] = (),

@@ -38,7 +38,10 @@ def main(arguments: argparse.Namespace) -> int:
             print(f'{one.level:5}  {one.sentence}' + (f'\n       {one.action}'
                                                       if one.action else ''))
     if taken and not arguments.quiet:
-        print('defaults taken, as the servo file does not give them: ' + ', '.join(
-            f'{d.path} = {d.value} {d.unit}'.rstrip() for d in taken)
-            + '; give those that differ on your machine', file=sys.stderr)
+        meanings = {path: f' ({one.meaning.rstrip(".")})' for path, one in servo.declarations()}
+        print('defaults taken, as the servo file does not give them; give those that differ on '
+              'your machine:', file=sys.stderr)
+        for d in taken:
+            print(f'  {d.path} = {d.value} {d.unit}'.rstrip() + meanings.get(d.path, ''),
+                  file=sys.stderr)
     return int(any(one.level == 'red' for one in found))

@@ -88,6 +88,8 @@ def main(arguments: argparse.Namespace) -> int:
         tell(arguments, fits=[told(done) for done in ended], written=[arguments.output])
         return int(any(done.problem for done in ended))
     new_file(arguments.output, arguments.force)
+    if arguments.report:
+        new_file(arguments.report, arguments.force)
     with _shown(arguments.quiet) as progress:
         answer = run(Job(arguments.servo, bags, settings), progress)
     if answer.estimate and arguments.report:

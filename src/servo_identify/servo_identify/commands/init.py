@@ -23,6 +23,7 @@ import shlex
 import sys
 from typing import TYPE_CHECKING
 
+from servo_twin.commands.share import share_of
 from servo_twin.commands.terminal import judged_file, new_folder, say, tell
 from servo_twin.description.joint_names import are_several
 
@@ -64,8 +65,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                        help='the load moves straight, in m, N and kg; of a motor that turns '
                        "give the --ratio in rad/m, or as a lead such as '40 mm/rev'; a linear "
                        "motor has --ratio 1")
-    parts.add_argument('--tolerance', default='', metavar='SHARE',
-                       help="how far off the values may be, such as '10 %%'")
+    parts.add_argument('--tolerance', type=share_of, metavar='SHARE',
+                       help="how far off the values may be, such as '10 %%' or 0.1")
     values = parser.add_argument_group('values, each with its unit')
     for name, kinds in VALUES.items():
         values.add_argument(f'--{name.replace("_", "-")}', metavar="'NUMBER UNIT'",
@@ -187,7 +188,8 @@ def _wanted(arguments: argparse.Namespace) -> Wanted:
     parts = {section: kind for section in TYPES if (kind := getattr(arguments, section))}
     return Wanted(arguments.name or arguments.output.stem, arguments.output,
                   arguments.mapping_out, (arguments.joint or [''])[-1], tuple(arguments.column),
-                  parts, values, arguments.si, arguments.linear, arguments.tolerance)
+                  parts, values, arguments.si, arguments.linear,
+                  f'{100.0 * arguments.tolerance:g} %' if arguments.tolerance else '')
 
 
 def _ask(question: str, default: str) -> str:

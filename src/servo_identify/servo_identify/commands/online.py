@@ -13,11 +13,12 @@ import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+import sys
 from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, say, tell
 
-from ..data.arguments import add_data, files
+from ..data.arguments import add_data, one_file
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,13 +53,18 @@ def main(arguments: argparse.Namespace) -> int:
         if not value > 0.0:
             raise ValueError(f'{name} = {value:g} s; it must be positive')
     servo = servo_file.load(arguments.servo)
-    path, = files([arguments.bag])
+    path = one_file(arguments.bag, 'online')
     new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
     with open_one(path, arguments.servo, arguments.mapping, arguments.namespace) as recording:
         return _followed(servo, recording, arguments)
 
 
 def _followed(servo: Servo, recording: Long, arguments: argparse.Namespace) -> int:
+    from ..data.recording_check import contradictions
+
+    wrong = contradictions([recording], servo)
+    for one in wrong:
+        print(f'warning: {one}', file=sys.stderr)
     snapshots = followed(servo, recording, arguments.time_constant, arguments.every)
     if not snapshots or not snapshots[-1].names:
         raise ValueError(f'{servo.name} has nothing that is tracked online, or '
@@ -67,7 +73,8 @@ def _followed(servo: Servo, recording: Long, arguments: argparse.Namespace) -> i
     _write(snapshots, recording, arguments.output / 'online.csv')
     _draw(snapshots, windows, recording, servo, arguments.output / 'online.png')
     last = snapshots[-1]
-    tell(arguments, written=[arguments.output], quantities={
+    lacking = _lacking(servo, recording)
+    tell(arguments, written=[arguments.output], warnings=wrong, quantities={
         name: {'value': value, 'std': std, 'unit': servo.unit(name), 'bounded': bool(bounded),
                'rows': rows}
         for name, value, std, bounded, rows in zip(last.names, last.values, last.std,
@@ -75,9 +82,26 @@ def _followed(servo: Servo, recording: Long, arguments: argparse.Namespace) -> i
     for name, value, std, bounded, rows in zip(last.names, last.values, last.std, last.bounded,
                                                last.rows, strict=True):
         say(arguments, f'{name}: {value:.5g} ± {std:.2g} {servo.unit(name)}, from {rows:.0f} rows'
-            + (', at a bound' if bounded else '') + ('' if rows else ': it was not excited'))
+            + (', at a bound' if bounded else '') + ('' if rows else
+               f': it needs {lacking[name]}, which was not recorded' if lacking.get(name) else
+               ': it was not excited'))
     say(arguments, f'written to {arguments.output}/online.csv and online.png')
     return 0 if last.rows.any() else 1
+
+
+def _lacking(servo: Servo, recording: Long) -> dict[str, str]:
+    """Return the channels of each tracked quantity that a recording does not have, listed."""
+    import numpy as np
+
+    from servo_twin.recording.parts import parts_of
+
+    from ..watch.estimator.online_estimator import OnlineEstimator
+
+    needed = OnlineEstimator(servo, recording.period).needs
+    there = {channel for part in parts_of(recording) for channel in {*sum(needed.values(), ())}
+             if np.isfinite(part[channel]).any()}
+    return {name: ' and '.join(one for one in channels if one not in there)
+            for name, channels in needed.items()}
 
 
 def followed(servo: Servo, recording: Long, time_constant: float, every: float

@@ -6,7 +6,8 @@ Measure the change detector: seconds to the alarm of each effect, and false alar
 has the emulated rig play a sine of speed, switches an effect on in the middle of it, and gives the
 residuals of the twin to the detector as they would come live. Eight seconds after the first alarm
 it asks for the place of the change. Then it watches as long as --hours says with nothing switched
-on. DIR/watch.json and DIR/watch.png hold what came of it.
+on. DIR/watch.json and DIR/watch.png hold what came of it. No recording of yours takes part: see
+`online` for one, and the identify node for a rig that runs.
 """
 
 from __future__ import annotations

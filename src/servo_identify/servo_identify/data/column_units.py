@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 import re
 
 import numpy as np
@@ -143,10 +144,22 @@ def is_current(name: str, unit: str) -> bool:
     return name in COMMANDS and bool(unit) and _is_of(unit, 'A')
 
 
+def _numbered(header: str) -> str:
+    """Return the name of a column of several alike, which have numbers behind it; else ''."""
+    found = re.fullmatch(r'(.+) \(\d+\)', header)
+    return found[1] if found else ''
+
+
 def _judge_strangers(table: Table, strangers: list[str], missing: list[str],
                      told: list[str]) -> None:
     meant = {header: likely(split(header)[0], missing) for header in strangers}
     doubtful = {header: name for header, name in meant.items() if name}
+    twice = Counter(name for header in doubtful if (name := _numbered(header)))
+    for name, count in twice.items():
+        if count > 1:
+            raise ValueError(f'{table.path}: the header names {name!r} {count} times, called '
+                             f"'{name} (1)' to '{name} ({count})' here; rename what is not meant, "
+                             'or choose one in a mapping file, which `servo-identify init` writes')
     if doubtful:
         first, *rest = doubtful.items()
         more = ''.join(f'; {header!r}: is it {name!r}?' for header, name in rest)

@@ -19,6 +19,7 @@ TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
 _LAST = 50  # lines at the end of these, by which the columns are told
+_EMPTY = ' \t\r\n;,|'  # a line of these alone is a row of empty cells
 _BLANKS = ' '  # any number of them parts columns
 _OF_R = _BLANKS + '\t'
 _DELIMITERS = '\t;|,' + _BLANKS  # of two that part lines alike, the first
@@ -26,6 +27,8 @@ MARKS = re.compile(r'\s*(#|%|//|;(?=[^;]*$))')
 _QUOTED = re.compile('"([^"]*)"')
 _UNIT_BEHIND = re.compile(r'(?<=\S)[ \t]+([\[(][^\[\]()\d]*[\])])(?=\s|$)')
 """A unit in brackets that a blank parts from its name: u [V], torque [N m]."""
+_THOUSANDS = re.compile(r'[-+]?[1-9]\d{0,2}(,\d{3})+')
+"""A number in quotes whose commas may part thousands."""
 _TIMED = dict.fromkeys(('s', 'ms', 'us', 'ns', 'sec'), 'time')
 """What a column is called that has one of these units and no name."""
 
@@ -112,7 +115,7 @@ def layout_of(path: Path) -> Layout:
     """
     encoding, begin = text_of(path)
     lines = LINE_END.split(begin)
-    shown = [k for k, line in enumerate(lines) if line.strip() and not MARKS.match(line)]
+    shown = [k for k, line in enumerate(lines) if line.strip(_EMPTY) and not MARKS.match(line)]
     if not shown:
         raise ValueError(f'{path} has no rows')
     refuse_logs(path, [lines[k] for k in shown])
@@ -127,7 +130,7 @@ def layout_of(path: Path) -> Layout:
         is_number(columns.cells(lines[shown[n]])[0] or '0') or all(rows[n:n + 2]))), 1)
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
-    above = [k for k, line in enumerate(lines[:row]) if line.strip()]
+    above = [k for k, line in enumerate(lines[:row]) if line.strip(_EMPTY)]
     remark = MARKS.match(lines[above[-1]]) if above else None
     told = columns.cells(lines[above[-1]][remark.end():]) if remark else []
     if len(told) != columns.count or any(map(is_number, told)):
@@ -165,7 +168,8 @@ def _columns_of(lines: Sequence[str]) -> _Columns:
     numbers = [k for k, cells in enumerate(across) if any(map(is_number, cells)) and 2 * sum(
         map(is_number, cells)) >= sum(map(bool, cells))]
     shown = [cell for k in numbers for cell in across[k] if is_number(cell)]
-    commas = delimiter != ',' and any(',' in one for one in shown)
+    commas = any(',' in one and (delimiter != ',' or not _THOUSANDS.fullmatch(one))
+                 for one in shown)
     return _Columns(delimiter, count, tuple(numbers),
                     ',' if commas and not any('.' in one for one in shown) else '.')
 

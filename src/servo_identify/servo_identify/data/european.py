@@ -83,7 +83,8 @@ def words_in_english(word: str) -> list[str]:
 
 def symbols_of(text: str) -> str:
     """Return a unit with the symbols for its words: tr/min is rev/min. Others stay."""
-    return re.sub(r'[^\W\d_]+', lambda found: _symbol(found[0]), text)
+    # º is what a keyboard of Spain or Italy has for °
+    return re.sub(r'[^\W\d_]+', lambda found: _symbol(found[0]), text.replace('º', '°'))
 
 
 def _symbol(word: str) -> str:

@@ -18,7 +18,7 @@ from servo_twin.recording.recording import RESAMPLED
 
 from .between_rows import BetweenRows
 from .joining import HELD
-from .rows_in_time import held_over, HOLE
+from .rows_in_time import held_over, HOLE, in_holes
 
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
@@ -109,13 +109,13 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
                          f'{time[k + 1]:.9g} s in row {k + 2}. Cut the file there, or mend the '
                          'clock')
     samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12) + EVEN) + 1
-    lost = samples - int(on_grid(time, step).sum())
+    made_up = samples - int(on_grid(time, step).sum()) - in_holes(time, step)
     how = f'measurements linearly, commands by the mean of what they hold{cost}'
-    if lost <= FEW * samples:
-        warnings.append(f'{100.0 * lost / samples:.2g} % of the rows ({lost} of {samples}) are '
-                        f'missing or off the grid of {step:.6g} s: they are made up between their '
-                        f'neighbours, {how}')
-    else:
+    if 0 < made_up <= FEW * samples:
+        warnings.append(f'{100.0 * made_up / samples:.2g} % of the rows ({made_up} of {samples}) '
+                        f'are missing or off the grid of {step:.6g} s: they are made up between '
+                        f'their neighbours, {how}')
+    elif made_up > 0:
         warnings.append(f'times are not even ({shortest:.6g} to {longest:.6g} s apart): '
                         f'{RESAMPLED} {step:.6g} s, {how}')
     return step, False

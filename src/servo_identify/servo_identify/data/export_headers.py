@@ -20,6 +20,8 @@ _LOOKED_AT = 40  # lines, by which a print of messages is told
 _FIELD = re.compile(r'-?-?-|\}|(?:- )*[A-Za-z_]\w*(?: ?\{|:(?: .*|$))|- .+|\.\.\.')
 """A line of a message that was printed: a field and its value, the end of one, an element."""
 _NOTHING = ('', '(None)', 'None')
+_UNIT_KEYS = ('Unit', 'Units', 'Einheit', 'Einheiten', 'Unité', 'Unidad', 'Unità')
+"""How the line of units begins, in the languages of a program."""
 LEAST_STAMP, MOST_STAMP = 1e17, 2e17
 """Counts of 100 ns since 1601 (FILETIME) from 1917 to 2234, and nothing else that a rig has."""
 
@@ -33,7 +35,7 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
     ``SymbolName``, ``Unit``. A channel has the name that it has in the Scope, or that of its
     symbol where two have one name. Times are in ms, or stamps in 100 ns.
     """
-    if not any(cells and cells[0] in _SIGNS for cells in lines):
+    if not any(cells and cells[0] in _SIGNS for cells in lines) and not _keys_repeat(lines, row):
         return _behind_keys(lines, row)
     said = {cells[0]: cells for cells in lines if cells}
     names = list(said.get('Name', ()))[:len(row)]
@@ -44,12 +46,25 @@ def scope_names(lines: Sequence[Sequence[str]], row: Sequence[str]) -> tuple[lis
     symbols = list(said.get('SymbolName', ()))
     if len(set(channels)) < len(channels) and len(symbols) >= len(row):
         names = symbols[:len(row)]
-    units = [*said.get('Unit', ()), *[''] * len(row)][:len(row)]
+    units = [*_units(said), *[''] * len(row)][:len(row)]
     units = ['' if unit in _NOTHING else unit for unit in units]
     for k in times:
         names[k] = 'time'
         units[k] = '100 ns' if is_stamp(row[k]) else 'ms'
     return names, units
+
+
+def _keys_repeat(lines: Sequence[Sequence[str]], row: Sequence[str]) -> bool:
+    """Tell whether keys stand above each of several columns of times: in lines of two keys."""
+    places = {cells[0]: tuple(k for k, cell in enumerate(cells) if cell == cells[0])
+              for cells in lines if len(cells) == len(row) and cells[0]}
+    at = places.get('Name', ())
+    return len(at) > 1 and list(places.values()).count(at) > 1
+
+
+def _units(said: Mapping[str, Sequence[str]]) -> Sequence[str]:
+    """Return the line of units, with its key; () where there is none."""
+    return next((said[key] for key in _UNIT_KEYS if key in said), ())
 
 
 def _behind_keys(lines: Sequence[Sequence[str]], row: Sequence[str]
@@ -61,8 +76,8 @@ def _behind_keys(lines: Sequence[Sequence[str]], row: Sequence[str]
     names = said.get('Channel') or said.get('Channel Name') or said.get('Name')
     if not names or row[0]:
         return [], []
-    units = said.get('Unit') or said.get('Units') or [''] * len(row)
-    return ['', *names[1:]], ['', *units[1:]]
+    units = _units(said) or [''] * len(row)
+    return ['', *names[1:]], ['', *units[1:len(names)]]
 
 
 def _of_tektronix(said: Mapping[str, list[str]], names: list[str]) -> tuple[list[str], list[str]]:

@@ -21,6 +21,7 @@ _SECONDS = 120.0  # for the largest file that one would keep as MAT
 _BYTES = 8 << 30  # of memory: a damaged length may ask for any
 _NO_NUMBERS = {'MATLAB_empty'}
 _OPAQUE = ('s0', 's1', 's2', 'arr')  # what scipy has of an object: its name, and its class as s2
+_BESIDE = {'columns', 'names', 'channels'}  # attributes that name the columns of an array
 _OBJECT = 'class'  # in place of the numbers of an object stands its class
 _HDF5 = b'\x89HDF\r\n\x1a\n'  # how such a file begins
 
@@ -112,6 +113,10 @@ def _of_hdf5(path: str) -> Iterator[tuple[str, np.ndarray]]:
                 if not _is_list(one):
                     yield from below((*path_to, one), f'{above}{name}.')
             elif isinstance(one, h5py.Dataset) and h5py.check_ref_dtype(one.dtype):
+                texts = [_text(target) for target in _referred(file, one)]
+                if texts and all(texts):
+                    yield above + name, np.array(texts)
+                    continue
                 for k, target in enumerate(_referred(file, one)):
                     yield from of_element((*path_to, one), f'{above}{name}[{k}]', target)
             elif isinstance(one, h5py.Dataset) and 'MATLAB_object_decode' in one.attrs:
@@ -165,10 +170,27 @@ def _referred(file: Any, cells: Any) -> list[Any]:
     return [file[one] for one in np.ravel(cells[()]) if one]
 
 
+def _text(one: Any) -> str:
+    """Return the text that an array of characters of MATLAB is; '' for any other."""
+    return ''.join(map(chr, np.ravel(one[()]))) if one.attrs.get('MATLAB_class') == b'char' else ''
+
+
+def _decoded(text: Any) -> str:
+    return text.decode('utf8', 'replace') if isinstance(text, bytes) else str(text)
+
+
 def _of_dataset(name: str, one: Any) -> Iterator[tuple[str, np.ndarray]]:
-    if one.attrs.get('MATLAB_class') == b'char':
-        yield name, np.asarray(''.join(map(chr, np.ravel(one[()]))))
+    import h5py
+
+    if _text(one):
+        yield name, np.asarray(_text(one))
         return
+    if h5py.check_string_dtype(one.dtype):
+        yield name, np.array([*map(_decoded, np.ravel(one[()]))])
+        return
+    for key in _BESIDE & {*one.attrs}:
+        if np.ndim(one.attrs[key]) == 1:
+            yield f'{name}.{key}', np.array([*map(_decoded, one.attrs[key])])
     unit = next((one.attrs[key] for key in ('unit', 'units', 'Unit') if key in one.attrs), '')
     unit = unit.decode() if isinstance(unit, bytes) else unit
     if one.dtype.kind in 'fiub':
@@ -196,6 +218,8 @@ def leaves(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
     elif array.ndim == 0 and array.dtype.names:
         for field in array.dtype.names:
             yield from leaves(f'{name}.{field}', array[field].item())
+    elif array.ndim == 1 and array.size and all(isinstance(one, str) for one in array):
+        yield name, array.astype(str)
     elif array.ndim == 1:
         labels = [_label(one) for one in array]
         own = all(labels) and len(set(labels)) == len(labels)

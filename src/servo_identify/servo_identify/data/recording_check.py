@@ -82,8 +82,16 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
             found.append(Finding('green',
                                  'No unit, scale or sign contradicts the servo file.'))
         found += open_
-    found += [*_excitation(shown.values()), *replicates(recordings), *_channels(surveys, servo)]
+    if not any(one.level == 'red' for one in found):
+        found += _excitation(shown.values())
+    found += [*replicates(recordings), *_channels(surveys, servo)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
+
+
+def contradictions(recordings: Sequence[Long], servo: Servo) -> tuple[str, ...]:
+    """Return what is red of the check, with what to do: values fitted to that would be wrong."""
+    return tuple(f'{one.sentence} To do: {one.action}.' for one in check(recordings, servo)
+                 if one.level == 'red')
 
 
 def _of_one(one: Survey, servo: Servo) -> list[Finding]:

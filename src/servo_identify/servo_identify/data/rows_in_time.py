@@ -115,3 +115,10 @@ def on_one_timeline(columns: dict[str, np.ndarray], warnings: list[str]) -> dict
             warnings.append(f'{names} have times of their own ({time!r}): they are interpolated '
                             f'at those of {leading!r}')
     return found
+
+
+def in_holes(time: np.ndarray, step: float) -> int:
+    """Return how many samples of a grid of a step, s, lie in holes between rising times."""
+    gaps = np.diff(time) / step
+    wide = gaps > HOLE * max(1.0, float(np.median(gaps))) * (1.0 + 1e-6)
+    return int((np.ceil(gaps[wide] - 0.5) - 1.0).sum())

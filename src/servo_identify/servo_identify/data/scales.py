@@ -138,7 +138,7 @@ def untold(over: LookedOver) -> list[Finding]:
     if not alike:
         return []
     return [Finding('amber', 'These recordings cannot tell whether ' + '; or whether '.join(alike)
-                    + '.', 'look at the source of these columns')]
+                    + '.', 'hold their units and names against the channel list of the logger')]
 
 
 def _same(one: Mistake, at: Signals) -> bool:

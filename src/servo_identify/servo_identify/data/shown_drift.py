@@ -31,7 +31,8 @@ from .signals import Signals
 COULOMB, VISCOUS = 'Coulomb friction', 'viscous friction'
 FRICTION = {'sensor': 'friction of the motor', 'load': 'friction of the load',
             'torque': 'friction'}
-UNHELD = '; a diagnosis names such friction, and no servo file holds it'
+UNHELD = ('. A servo file holds friction that goes with the temperature (friction_drift, '
+          'viscous_drift): record that; of any other a diagnosis says in which recording it is')
 WARM = 'let the machine warm up before the first recording'
 FALLS = -0.8  # rank correlation with the order of the recordings from which on friction falls
 TARE = 'tare the sensor before each recording, or subtract its zero in the mapping: offset'

@@ -8,6 +8,7 @@ import re
 
 import numpy as np
 
+from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.servo import Servo, ServoError
 
 _ELEMENT = re.compile(r'^(?P<path>.+)\[(?P<index>\d+)\]$')
@@ -61,7 +62,7 @@ def freedom_of(servo: Servo, free: Sequence[str], bounds: Mapping[str, tuple[flo
         if path not in slots:
             near = [p for p in slots if p.rpartition('.')[0] == path.rpartition('.')[0]]
             raise ServoError(f'{servo.name}: there is no parameter {path!r} to free; '
-                             f'there are {near or list(slots)}')
+                             f'{or_what(path, near or slots)}')
         slot, row = slots[path], declared[path].row
         size = slot.stop - slot.start
         elements = [int(match['index'])] if match else range(size)

@@ -161,12 +161,12 @@ def _is_unit(column: str, unit: str) -> bool:
 
 def _unit_behind(source: str, column: str) -> str:
     """
-    Return the unit of the column that a name holds: current_mA, I/mA, I, mA, rpm_set; else ''.
+    Return the unit that a name holds: current_mA, I/mA, I, mA, current in mA, rpm_set; else ''.
 
     That is its last word, or the word that says which quantity it is.
     """
     label = re.fullmatch(r'.*\[(.*)\]\.values', source)  # of a list of signals of Simulink
-    words = re.split(r'[_/,]\s*', label[1] if label else source)
+    words = re.split(r'[_/,]\s*|\s+in\s+', label[1] if label else source)
     last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
     for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
         if _is_unit(_LIKE.get(column, column), word):
@@ -187,7 +187,7 @@ def _time_of_messages(of: Offered, found: dict[str, list[Proposal]]) -> list[Pro
 
 def unit_of_time(times: np.ndarray | None) -> str:
     """Return the unit in which times make a period of a servo, or ''."""
-    if times is None or len(times) < 2 or counts_rows(times):
+    if times is None or np.isfinite(times).sum() < 2 or counts_rows(times):
         return ''
     return unit_of_times(float(np.nanmedian(np.abs(np.diff(times)))), float(times[0]))
 

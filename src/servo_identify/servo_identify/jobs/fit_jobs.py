@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from glob import glob
 from pathlib import Path
 import sys
@@ -16,6 +16,7 @@ from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.servo import Servo
 
 from ..data.reading import read_looked_at
+from ..data.recording_check import contradictions
 from ..fit.estimate import Estimate
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 from ..fit.output_error import fit, Progress
@@ -69,16 +70,18 @@ def run(job: Job, progress: Callable[[Progress], None] | None = None) -> Answer:
     for recording in recordings:
         for warning in recording.warnings:
             print(f'{recording.name}: {warning}', file=sys.stderr)
+    wrong = contradictions(recordings, servo)
     if how.learn != 'physical':
         from ..learn.learned_effects import learn
         learned, said = learn(how.learn, servo, recordings)
-        return Answer(learned, said=tuple(said))
+        return Answer(learned, said=(*wrong, *said))
     free = how.free or tuple(servo.tolerance)
     if not free:
         raise ValueError(f'{job.servo}: no parameter has a tolerance; name some as free')
     estimate = fit(servo, recordings, free, mode=how.mode, horizon=how.horizon,
                    tolerance=not how.beyond_tolerance, delays=how.delays, robust=how.robust,
                    weights=how.weights, progress=progress)
+    estimate = replace(estimate, warnings=(*wrong, *estimate.warnings))
     return Answer(estimate.servo, estimate)
 
 

@@ -3,6 +3,7 @@ Run the twin over a bag, and say how well it answers.
 
   servo-twin replay BAG                          with the servo file that is stored in the bag
   servo-twin replay BAG --servo S.yaml -o OUT    writes predictions and residuals as a bag
+  servo-twin replay BAG --mode closed_loop       its own controller drives, as its reference says
   servo-twin replay BAG --compare                are they those of the live run, to the last bit?
   servo-twin replay BAG --graph --rate 0.5       plays the samples into ROS, at half the speed
 """
@@ -48,7 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='write rig, predictions and residuals as a bag')
     parser.add_argument('--page', type=Path, metavar='PAGE.html', help='write a page about it')
     parser.add_argument('--mode', choices=LIVE_MODES,
-                        help='the way of running; left out: as the twin in the bag ran, else '
+                        help='what drives the twin. measured_input: the recorded command; '
+                             'closed_loop: the controller of the servo file, under the recorded '
+                             'reference; observer: the recorded command, and the encoders correct '
+                             'it. Left out: as the twin in the bag ran, else '
                              f'{LIVE_MODES[0]}')
     parser.add_argument('--namespace', help='which rig, of a bag with several')
     parser.add_argument('--stretch', type=int,

@@ -49,7 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='mapping file, for --bag with a table (default: the shipped '
                              'one of the servo, for MAT and JSON)')
     parser.add_argument('--mode', choices=LIVE_MODES, default='measured_input',
-                        help='the way the twin runs (default %(default)s)')
+                        help='what drives the twin: the command that the rig received, its own '
+                             'controller, or the first with correction (default %(default)s)')
     rig = parser.add_argument_group('the rig')
     rig.add_argument('--rig', type=Path, metavar='R.yaml',
                      help='rig file of the emulated rig, or the name of a shipped one (default '

@@ -9,6 +9,7 @@ import shlex
 from typing import TYPE_CHECKING
 
 from ..simulators.joint import Joint, ModelError
+from .share import share_of
 from .terminal import new_file, say, tell
 
 if TYPE_CHECKING:
@@ -37,8 +38,8 @@ def add_reading_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--noise', action='append', default=[], metavar='CHANNEL=VALUE',
                         help='standard deviation of one reading of a channel that is recorded, '
                              'such as motor_position=2e-4 (rad); may be repeated')
-    parser.add_argument('--tolerance', type=float, metavar='SHARE',
-                        help='how far off each value of the model may be, such as 0.1')
+    parser.add_argument('--tolerance', type=share_of, metavar='SHARE',
+                        help="how far off each value of the model may be, such as '10 %%' or 0.1")
 
 
 def given_of(arguments: argparse.Namespace, **more: object) -> Given:

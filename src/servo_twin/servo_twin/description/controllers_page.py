@@ -24,6 +24,26 @@ encoders, and its command acts until the next one. The speed filter is an exact 
 [signs.md](signs.md#when-a-row-is-read) says which `filter` is that of a firmware. On a linear axis
 rad reads m and N m reads N. V reads A where the drive takes a current.
 
+## On which side of the gear
+
+References, errors and gains count at the load. A controller that reads the encoder of the motor
+divides its angle by `mechanism.ratio` first, unless `on_load` is 1. So does the speed loop of
+`cascade`. A firmware whose loop closes at the motor has references and gains of the motor. Divide
+its references by the ratio (`scale` in the mapping), and multiply by it the gains in V s/rad and
+V/rad. Gains of `impedance` are torque for angle, both at the load: multiply those of the motor by
+the square of the ratio. A gain in 1/s is the same on both sides.
+
+## How to see its error
+
+<!-- not run: BAG is a recording of yours with its reference -->
+```sh
+servo-twin replay BAG --servo S.yaml --mode closed_loop
+```
+
+runs the twin with this controller under the recorded reference. Without `--mode` the recorded
+command drives the twin, and no controller runs.
+[twin.md](twin.md#three-ways-of-running) compares the modes.
+
 ## What is added to the command
 
 The column `added_command` of a recording is added to the output of any controller, before its

@@ -12,7 +12,7 @@ import numpy as np
 from ..description import servo_file
 from ..physics.servo import Servo, ServoError
 from ..recording.events import BEGAN, Change, SERVO_FILE, SETTINGS, ZERO
-from ..recording.joined_samples import samples_of
+from ..recording.joined_samples import reference_of, samples_of
 from ..recording.parts import Long, parts_of
 from ..recording.recording import BALANCES, COMPARED, PREDICTED, Predictions, Recording
 from .lockstep import Answer, Lockstep, Settings
@@ -58,6 +58,8 @@ class Answering:
         self._cuts = [change.sequence - recording.sequence for change in changes]
         self._parts: deque[_Part] = deque()
         self._recorded: set[tuple[str, ...]] = set()
+        self._driving = (reference_of(servo), 'voltage') if self._mode == 'closed_loop' else ()
+        self._driven: set[str] = set()
         self._missing = 0
 
     def __iter__(self) -> Iterator[tuple[Recording, Predictions]]:
@@ -66,11 +68,14 @@ class Answering:
             yield from self._complete()
         self._fill(self._lines[-1].finish())
         yield from self._complete()
-        for group in self._groups():
-            if group not in self._recorded:
-                said = f'none of {list(group)} was' if len(group) > 1 else f'{group[0]} was not'
-                raise ServoError(f'{self._recording.name}: {said} recorded; a twin in '
-                                 f'{self._mode} needs it')
+        lacking = [group for group in self._groups() if group not in self._recorded]
+        if self._driving and not self._driven:
+            lacking.append(tuple(filter(None, self._driving)))
+        if lacking:
+            group = lacking[0]
+            said = f'none of {list(group)} was' if len(group) > 1 else f'{group[0]} was not'
+            raise ServoError(f'{self._recording.name}: {said} recorded; a twin in {self._mode} '
+                             'needs it')
 
     @property
     def restarts(self) -> int:
@@ -84,6 +89,9 @@ class Answering:
         if self.restarts:
             why = next(one.twin.why for one in reversed(self._lines) if one.twin.restarts)
             said.append(f'the twin began again {self.restarts} times: {why}')
+        if self._driven == {'voltage'}:
+            said.append(f'{self._driving[0]} was not recorded: the loop of the controller stayed '
+                        'open, and the recorded command drove the twin as in measured_input')
         if self._missing:
             bridged = sum(line.twin.bridged for line in self._lines)
             said.append(f'{self._missing} samples are missing; {bridged} were bridged')
@@ -94,6 +102,8 @@ class Answering:
                      np.empty((len(PREDICTED), len(recording))),
                      np.empty((len(COMPARED) + len(BALANCES), len(recording))))
         self._parts.append(part)
+        self._driven |= {name for name in self._driving
+                         if name and not np.isnan(recording[name]).all()}
         present = self._present(recording)
         part.prediction[:, ~present] = part.residual[:, ~present] = np.nan
         self._missing += int((~present).sum())

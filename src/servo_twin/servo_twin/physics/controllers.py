@@ -14,6 +14,8 @@ from .effect import Parameter
 from .elementary_functions import limited
 from .servo_parts import Controller
 
+ON_LOAD = '1: feedback from the load encoder; 0: from the motor encoder, its angle over the ratio.'
+
 
 @register_jitable(error_model='numpy')
 def encoder_speed(s, angle, filter, period):
@@ -77,7 +79,7 @@ class VelocityPi(Controller):
                    required=True)
     filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
     limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
-    on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
+    on_load = Parameter(0.0, '', (0.0, 1.0), ON_LOAD)
 
     @staticmethod
     def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
@@ -107,7 +109,7 @@ class PositionLoop(Controller):
     kf = Parameter(0.0, '', (0.0, 10.0), 'Share of the reference speed that is fed on.', off=0.0)
     filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
     limit = Parameter(10.0, 'V', (0.0, 1e6), 'The command never exceeds this.')
-    on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
+    on_load = Parameter(0.0, '', (0.0, 1.0), ON_LOAD)
 
     @staticmethod
     def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):
@@ -173,7 +175,7 @@ class Impedance(Controller):
                                required=True)
     filter = Parameter(0.0, 's', (0.0, 10.0), 'Time constant of the speed filter.', off=0.0)
     torque_limit = Parameter(1e6, 'N m', (0.0, 1e7), 'Most torque at the load that it asks for.')
-    on_load = Parameter(0.0, '', (0.0, 1.0), '1: feedback from the load encoder, 0: motor.')
+    on_load = Parameter(0.0, '', (0.0, 1.0), ON_LOAD)
 
     @staticmethod
     def law(p, s, reference_position, reference_velocity, added, motor, load, ratio, period):

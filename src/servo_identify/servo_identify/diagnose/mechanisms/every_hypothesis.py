@@ -76,10 +76,16 @@ ALIASES = {f'parameter:{path.rpartition(".")[2]}': name for path, name in NAMES.
 
 def check_without(without: Collection[str], servo: Servo) -> None:
     """Raise ValueError for a name that no hypothesis of a servo could have; no data are needed."""
-    values = {f'parameter:{path.rpartition(".")[2]}' for path in servo.values
+    paths = [path for path, _ in servo.declarations()]
+    values = {f'parameter:{path.rpartition(".")[2]}' for path in paths
               if path.split('.')[0] in ('drive', 'mechanism')}
-    known = {*names(), *values, *ALIASES, *ALIASES.values(), 'controller_mismatch', *OUTSIDE}
+    values |= {f'parameter:{path.removeprefix("effects.")}' for path in paths
+               if path.startswith('effects.')}
+    effects = {*names(), *ALIASES.values(), 'controller_mismatch', *OUTSIDE}
     for name in without:
-        if name not in known and not name.startswith('parameter:'):
-            raise ValueError(f'there is no effect {name!r} to leave out; '
-                             f'{or_what(name, sorted(known))}')
+        if name in effects | values | {*ALIASES}:
+            continue
+        of_value = name.startswith('parameter:')
+        known = sorted(values if of_value else effects | values)
+        raise ValueError(f'there is no {"value" if of_value else "effect"} {name!r} to leave out; '
+                         f'{or_what(name, known)}')

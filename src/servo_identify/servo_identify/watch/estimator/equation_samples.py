@@ -74,6 +74,11 @@ class Filters:
         self.drives = bool(self._current.any()) and 'drive.resistance' not in values
         self._of_motor = site == 'motor' and self.balance == 'motor'
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels without which the friction is not seen."""
+        return tuple(OUTPUTS[c] for c, _ in self._friction)
+
     def run(self, rows: np.ndarray) -> Filtered:
         """Filter samples (n + 2 half, len(CHANNELS)); the answers are those of the middle n."""
         e = rows[:, _TAKEN].T

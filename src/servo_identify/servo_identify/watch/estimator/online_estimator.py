@@ -92,6 +92,13 @@ class OnlineEstimator:
         self._rows = np.empty((0, len(CHANNELS)))
         self._next: int | None = None
 
+    @property
+    def needs(self) -> dict[str, tuple[str, ...]]:
+        """Channels that each quantity is seen by."""
+        of = {'friction': self._filters.channels, 'gain': ('voltage', 'current'),
+              'gap': ('motor_position', 'load_position', 'torque')}
+        return {path: of[group] for group, (paths, _) in self._groups.items() for path in paths}
+
     def push(self, sequence: int, samples: np.ndarray) -> None:
         """Take joined samples (n, len(CHANNELS)), the first with number ``sequence``."""
         if self._next is not None and sequence != self._next:

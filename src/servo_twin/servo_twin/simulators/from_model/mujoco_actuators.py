@@ -48,8 +48,20 @@ def actuators_at(probe: Probe, chosen: Sequence[str] = ()) -> list[Actuator]:
         if name not in acting:
             raise ModelError(f'actuator {name!r} does not act on joint {probe.name!r}; there are '
                              f'{list(acting)}')
-    return [_measured(probe, i, name) for name, i in acting.items()
-            if not chosen or name in chosen]
+    found = []
+    for name, i in acting.items():
+        if chosen and name not in chosen:
+            continue
+        try:
+            found.append(_measured(probe, i, name))
+        except ModelError as problem:
+            others = [other for other in acting if other != name]
+            instead = f'choose others by --actuator ({others}), or take' if others else 'take'
+            raise ModelError(
+                f'{problem}. A servo file has tau = gain * control - kp q - kd dq. To have the '
+                f'joint without it, {instead} it out of the model; "voltage" is the torque of '
+                f'the joint then') from None
+    return found
 
 
 def name_of(probe: Probe, place: int) -> str:
@@ -126,12 +138,14 @@ def _measured(probe: Probe, place: int, name: str) -> Actuator:
         truth = torque(q, speed, dict.fromkeys(range(len(inputs)), control))
         size = 1e-9 + abs(offset) + abs(stiffness) + abs(damping) + sum(map(abs, slopes))
         if not abs(said - truth) < 1e-6 * size:
-            raise ModelError(f'actuator {name!r} is no affine function of control, position and '
-                             f'speed ({_types(probe, place)}): a servo file has no such drive; '
-                             f'choose others by --actuator')
+            raise ModelError(f'the torque of actuator {name!r} is no affine function of control, '
+                             f'position and speed ({_types(probe, place)})')
+    if inputs and not any(slopes):
+        raise ModelError(f'actuator {name!r} does not answer to its control '
+                         f'({_types(probe, place)}, gain 0): it is a spring or a damper alone')
     if stiffness < -1e-12 * size or damping < -1e-12 * size:
         raise ModelError(f'actuator {name!r} pushes with position or speed (stiffness '
-                         f'{stiffness:g}, damping {damping:g}): no controller of a servo does')
+                         f'{stiffness:g}, damping {damping:g})')
     kind = _kind(probe, place, stiffness > 0.0, damping > 0.0)
     if inputs == ['command'] and kind in ('position', 'velocity'):
         inputs = [kind]

@@ -21,6 +21,12 @@ def ends_of(probe: Probe, left_out: list[str]) -> None:
         low, high = model.jnt_range[probe.id]
         unit = Joint('', bool(probe.slides)).unit('rad')
         left_out.append(f'end stops at {low:.6g} and {high:.6g} {unit}')
+    for i in range(probe.actuators):
+        if is_of(model.actuator_trntype[i], mujoco.mjtTrn.mjTRN_BODY) and _carries(
+                probe, int(model.actuator_trnid[i][0])):
+            body = named(probe, 'BODY', int(model.actuator_trnid[i][0]))
+            left_out.append(f'actuator {named(probe, "ACTUATOR", i) or i!r}: the adhesion of body '
+                            f'{body!r} to what it touches, no torque of the joint')
     for i in range(model.neq if not probe.disabled('mjDSBL_EQUALITY') else 0):
         kind = mujoco.mjtEq(int(model.eq_type[i]))
         ends = int(model.eq_obj1id[i]), int(model.eq_obj2id[i])
