@@ -227,8 +227,7 @@ def _channels(surveys: Sequence[Survey], servo: Servo) -> list[Finding]:
                         "motor's encoder leads the twin. Nothing can be said about drive, motor "
                         'and load.', 'record the motor current')]
     if not both:
-        backlash = '' if all_have('motor_position') else 'backlash, '
-        found.append(Finding('amber', f'With one encoder nothing can be said about {backlash}'
+        found.append(Finding('amber', 'With one encoder nothing can be said about a '
                              'transmission error, and a stiffness is told by its resonance alone; '
                              'the other shaft is where the twin has it.', 'record both encoders'))
     if not all_have('current'):

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from servo_twin.physics.servo import Servo
+
 from ..decisions import OPEN
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.nuisance import Nuisance
@@ -48,6 +50,11 @@ class Builder:
         """Return what a signal, times a factor, does to all residuals."""
         table = placed(self.samples, signal, of)
         return Columns(table if factor == 1.0 else factor * table, signal, of, factor)
+
+    def turned(self, other: Servo, factor: float) -> Columns:
+        """Return what another elastic servo does by the shaft that is not measured."""
+        signal, _ = self.samples.errors[0].turned(other)
+        return self.place(signal, lambda one: one.turned(other)[1][:, None], factor)
 
     def apart(self, x: np.ndarray) -> np.ndarray:
         """Return what no value within tolerance, zero or instant does of (samples, ...)."""

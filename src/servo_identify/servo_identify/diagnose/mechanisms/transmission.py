@@ -16,7 +16,7 @@ from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism, Series
 from .hysteresis import creep, hysteresis, rounded_loops
-from .loose_load import loose_load
+from .loose_shaft import loose_shaft
 from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
 from .shape_search import SHAPES
@@ -34,12 +34,11 @@ PART = 0.35  # of a period that a shaft must cover for a kinematic error of that
 
 
 def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
-    """Yield the hypotheses of the transmission; of one angle alone, what the motor feels."""
+    """Yield the hypotheses of the transmission; of one angle alone, what its shaft feels."""
     if 'transmission' not in builder.samples.present:
         yield from filter(None, (unseen_shaft(builder, residual),))
-        if 'torque' in builder.samples.present and all(
-                'motor_position' in one.measured.channels for one in builder.samples.errors):
-            yield from filter(None, (loose_load(builder, residual),))
+        if 'torque' in builder.samples.present:
+            yield from filter(None, (loose_shaft(builder, residual),))
         return
     top = builder.scales.torque
     if not builder.samples.servo.mechanism.compliant:

@@ -14,18 +14,16 @@ paper 002 eq. 1 and 2, with the measured shaft led.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from numba import njit
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, lfilter_zi
 
-from servo_twin.balances.equation_terms import ROTATING
-
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
+from .loose_shaft import rotor_of
 from .shape_search import best_shape, best_shapes, EACH
 
 Made = tuple[Columns, dict[str, Any]]
@@ -47,7 +45,7 @@ def unseen_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     amplitude is the compliance, as for two encoders.
     """
     servo = builder.samples.servo
-    if not min(_rotor(servo.numbers), servo.numbers['mechanism.load_inertia']) > 0.0:
+    if not min(rotor_of(servo), servo.numbers['mechanism.load_inertia']) > 0.0:
         return None
     by_motor = all('motor_position' in one.measured.channels for one in builder.samples.errors)
     if servo.mechanism.compliant:
@@ -63,14 +61,14 @@ def unseen_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
 
 def _other_spring(builder: Builder, residual: np.ndarray) -> Made:
     """Return what the unseen shaft does on another spring than that of the file."""
-    values = builder.samples.servo.numbers
-    load, known = values['mechanism.load_inertia'], values['mechanism.stiffness']
+    servo = builder.samples.servo
+    load, known = (servo.numbers[f'mechanism.{name}'] for name in ('load_inertia', 'stiffness'))
 
     def columns(stiffness: float, damped: float) -> Columns:
-        spring = {'mechanism.stiffness': stiffness,
-                  'mechanism.damping': 2.0 * damped * np.sqrt(stiffness * load)}
-        shaft, _ = builder.samples.errors[0].turned({})
-        return builder.place(shaft, lambda one: one.turned(spring)[1][:, None], stiffness)
+        other = servo.with_effects(values={
+            'mechanism.stiffness': stiffness,
+            'mechanism.damping': 2.0 * damped * np.sqrt(stiffness * load)})
+        return builder.turned(other, stiffness)
 
     stiffness, damped = best_shapes(
         ((known / OTHER, known * OTHER), DAMPED),
@@ -98,8 +96,8 @@ def _behind_motor(builder: Builder, residual: np.ndarray) -> Made:
 
 def _before_load(builder: Builder, residual: np.ndarray) -> Made:
     """Return what the motor does of its own before the load's encoder, by its compliance."""
-    values, period = builder.samples.servo.numbers, _period(builder)
-    inertia = _rotor(values) * values['mechanism.ratio']  # that of the load's angle, at the motor
+    servo, period = builder.samples.servo, _period(builder)
+    inertia = rotor_of(servo) * servo.numbers['mechanism.ratio']  # for the load's angle
 
     def columns(relaxation: float) -> Columns:
         return builder.place('motor_torque', lambda one: (
@@ -109,10 +107,6 @@ def _before_load(builder: Builder, residual: np.ndarray) -> Made:
         RELAXES[0] * period, RELAXES[1] * period,
         lambda number: builder.apart(columns(number).table[:, 0]), builder.apart(residual))
     return columns(relaxation), {'relaxation': relaxation}
-
-
-def _rotor(values: Mapping[str, float]) -> float:
-    return sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
 
 
 def _period(builder: Builder) -> float:

@@ -8,13 +8,14 @@ a signal of the same equations: :meth:`EquationErrors.of_signal`.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from servo_twin.balances.equation_terms import equation_terms, ROTATING, Term
 from servo_twin.physics.motion_evaluation import EVALUATED
+from servo_twin.physics.servo import Servo
 
 from .along_motion import AlongMotion
 from .measured import twist_of
@@ -62,20 +63,23 @@ class EquationErrors(AlongMotion):
             return self._drive_slope(path, moved, step)
         before, after = self._nominal, self.residuals(moved)
         if path.startswith('mechanism.') and self.measured.twist.any():
-            swing = self.of_signal(*self.turned({path: self.servo.numbers[path] + step}))
+            swing = self.of_signal(*self.turned(self.servo.with_effects(
+                values={path: self.servo.numbers[path] + step})))
             after = {name: values + swing.get(name, 0.0) for name, values in after.items()}
         return {name: (after[name] - before[name]) / step for name in after}
 
-    def turned(self, values: Mapping[str, float]) -> tuple[str, np.ndarray]:
+    def turned(self, other: Servo) -> tuple[str, np.ndarray]:
         """
-        Return the angle that is not measured, and by how much other ``values`` turn it.
+        Return the signal of the angle that is not measured, and by how much it is another.
 
-        By the name of its signal; the change in rad, (samples,). Values by path; those of the
-        servo turn it by nothing.
+        ``other`` is the elastic servo that turns it so, rad, (samples,), beside the torque on the
+        load that was found.
         """
-        other = replace(self.servo, values={**self.servo.values, **values})
-        twist = twist_of(self.measured.recording, other, 2 * self.measured.shafts.spacing)
-        turned = twist - self.measured.twist
+        push = np.nan_to_num(self.full(self.known_beside_gap))
+        samples = 2 * self.measured.shafts.spacing
+        turned = twist_of(self.measured.recording, other, samples, push) - (
+            twist_of(self.measured.recording, self.servo, samples, push) if push.any()
+            else self.measured.twist)
         if 'motor_position' in self.measured.channels:
             return 'load_position', -turned
         return 'motor_position', turned * self.servo.numbers['mechanism.ratio']

@@ -206,19 +206,20 @@ def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -
     return spacing
 
 
-def twist_of(recording: Recording, servo: Servo, samples: int) -> np.ndarray:
+def twist_of(recording: Recording, servo: Servo, samples: int,
+             push: np.ndarray | float = 0.0) -> np.ndarray:
     """
     Return the torsion by the twin where one shaft of an elastic machine is measured, rad.
 
     A load that swings on its transmission is neither friction nor inertia. The twin, pulled to the
-    measured shaft, knows where the other one is. Zero elsewhere.
+    measured shaft, knows where the other one is. Zero elsewhere. ``push`` as of :func:`pulled`.
     """
     has = [recording.has(f'{name}_position') for name in ('motor', 'load')]
     nothing = np.zeros(len(recording))
     if all(has) or not any(has) or not (
             servo.mechanism.compliant and servo.mechanism.correctable):
         return nothing
-    motor, load, _ = pulled(recording, servo, samples)
+    motor, load, _ = pulled(recording, servo, samples, push)
     twist = motor / servo.numbers['mechanism.ratio'] - load
     return twist if np.isfinite(twist).all() else nothing
 

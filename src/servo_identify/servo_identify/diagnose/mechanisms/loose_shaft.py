@@ -1,5 +1,5 @@
 r"""
-A clearance that the motor alone tells: while it crosses the gap, no load hangs at it.
+A clearance that one shaft alone tells: while the gap is crossed, nothing hangs at it.
 
 The load coasts from where the torque on it changes sign until the other flank meets it. There both
 go on with one speed at once. What the inertia, the weight and the friction of the load do to the
@@ -9,6 +9,12 @@ motor is missing before, and comes as a blow then.
           T = J_l\ddot\theta_m/N - \tau_l \text{ at a flank}, \quad
           \Delta\dot\theta_l = \frac{N^2 J_m}{N^2 J_m + J_l}
           \left(\dot\theta_m/N - \dot\theta_l\right) \text{ as it is met}
+
+By the encoder of the load, the motor leaves a flank as soon as it would pull the load back. What
+it is given in the gap turns the motor alone, and comes as a blow when the other flank is met.
+
+.. math:: N^2 J_m\ddot e = N\left(K_i i - \tau_m\right) - N^2 J_m\ddot\theta_l
+          \text{ in the gap}, \quad \dot e = 0 \text{ as a flank is met}
 
 Source: Nordin, Gutman: Automatica 38(10), 2002, the physical model of a backlash, with a shaft
 that is stiff against the time of a sample. Where the servo file has a stiffness, the twin with
@@ -22,10 +28,9 @@ import numpy as np
 
 from servo_twin.balances.equation_terms import ROTATING
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Placed
+from servo_twin.physics.servo import Placed, Servo
 
 from ..residuals.equation_errors import EquationErrors
-from ..residuals.measured import pulled
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .shape_search import best_shape
@@ -36,21 +41,29 @@ GAP = 'loose_load'  # name of the gap in the twin that has it
 CONTACT = 0.25  # swings of the load at a flank, for one spacing of the test function
 
 
-def loose_load(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+def loose_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     """
-    Return a clearance by what the motor alone feels of it; None where no load hangs at it.
+    Return a clearance by what one shaft feels of the other; None without an inertia there.
 
     ``residual`` (samples,) tells how wide it is, beside what was found to act on the load. The
     load of a rigid twin meets its flanks on a spring as stiff as the test function can tell, until
     a fit knows better.
     """
     stroke, servo = builder.scales.stroke('load_angle'), builder.samples.servo
-    if not stroke > 0.0 or not servo.numbers['mechanism.load_inertia'] > 0.0 or (
-            builder.known('clearance')):
+    by_motor = all('motor_position' in one.measured.channels for one in builder.samples.errors)
+    unseen = servo.numbers['mechanism.load_inertia'] if by_motor else rotor_of(servo)
+    if not min(stroke, unseen) > 0.0 or builder.known('clearance'):
         return None
 
     def columns(width: float) -> Columns:
-        return builder.place('load_torque', lambda one: _missing(one, width)[:, None] / width)
+        if servo.mechanism.compliant:
+            return builder.turned(servo.with_effects(
+                Placed(GAP, find('backlash'), 'mesh'),
+                values={f'effects.{GAP}.width': width}), 1.0 / width)
+        if by_motor:
+            return builder.place('load_torque', lambda one: _missing(one, width)[:, None] / width)
+        return builder.place('motor_torque', lambda one: (
+            _run_free(one, width)[:, None] / width / servo.numbers['mechanism.ratio']))
 
     beside = builder.apart(builder.place(
         'load_torque', lambda one: one.known_beside_gap[:, None]).table[:, 0])
@@ -71,6 +84,11 @@ def loose_load(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         detail={} if servo.mechanism.compliant else {'contact': CONTACT / spacing})
 
 
+def rotor_of(servo: Servo) -> float:
+    """Return the inertia of all that turns with the motor, kg m2 at the motor."""
+    return sum(servo.numbers.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
+
+
 def _missing(one: EquationErrors, width: float) -> np.ndarray:
     """Return the torque that the load would ask of the motor without a gap, less that with it."""
     motion, of_file, values = one.motion, one.of_file, one.servo.numbers
@@ -78,42 +96,8 @@ def _missing(one: EquationErrors, width: float) -> np.ndarray:
         motion['load_angle'], motion['load_speed'],
         of_file['load_push'] - motion['external'] + one.known_beside_gap,
         np.abs(of_file['load_resistance'])))
-    if one.servo.mechanism.compliant:
-        return _behind_gap(one, width, push, resists)
-    rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
-    inertias = values['mechanism.load_inertia'], rotor * values['mechanism.ratio']**2
+    inertias = values['mechanism.load_inertia'], rotor_of(one.servo) * values['mechanism.ratio']**2
     return _lost(angle, speed, push, resists, inertias, width, one.measured.period)
-
-
-def _behind_gap(one: EquationErrors, width: float, push: np.ndarray,
-                resists: np.ndarray) -> np.ndarray:
-    """
-    Return the same of a load on a spring, by the twin with a gap and by the one of the equations.
-
-    In the gap it asks for nothing. Before it has met a flank nobody knows where it hangs.
-    """
-    period, ratio = one.measured.period, one.servo.numbers['mechanism.ratio']
-    gap = one.servo.with_effects(Placed(GAP, find('backlash'), 'mesh'), values={
-        f'effects.{GAP}.width': width})
-    recording, test = one.measured.recording, one.motion.test
-    beside = np.zeros(len(recording))
-    beside[test.reach:][:len(push)] = np.nan_to_num(one.known_beside_gap)
-    motor, load, torque = (series[test.reach:][:len(push)] for series in pulled(
-        recording, gap, 2 * test.spacing, beside))
-    met = np.flatnonzero(torque)
-
-    def asked(angle: np.ndarray) -> np.ndarray:
-        speed = np.gradient(angle, period)
-        return (one.servo.numbers['mechanism.load_inertia'] * np.gradient(speed, period)
-                - push + np.sign(speed) * resists)
-
-    loose = np.nan_to_num(one.motion['motor_angle']) / ratio - (motor / ratio - load)
-    lost = np.zeros(len(push))
-    if len(met):
-        lost = asked(np.nan_to_num(one.motion['load_angle'])) - np.where(
-            torque == 0.0, 0.0, asked(loose))
-        lost[:met[0]] = 0.0
-    return np.where(np.isfinite(lost), lost, 0.0)
 
 
 @njit(cache=True, nogil=True)
@@ -142,3 +126,34 @@ def _lost(angle: np.ndarray, speed: np.ndarray, push: np.ndarray, resists: np.nd
             lost[k] -= inertia * faster / period
             turns += faster
     return lost
+
+
+def _run_free(one: EquationErrors, width: float) -> np.ndarray:
+    """Return the torque that turns the motor alone, N m at the load, with the sign reversed."""
+    motion, of_file, values = one.motion, one.of_file, one.servo.numbers
+    ratio = values['mechanism.ratio']
+    rotor = rotor_of(one.servo) * ratio**2
+    current = motion['current'] if 'current' in one.measured.channels else one.inner(
+        one.drive_current(one.servo.theta))
+    driven = ratio * (values['drive.torque_constant'] * current
+                      + of_file['motor_push'] + of_file['motor_resistance'])
+    return -_free(np.nan_to_num(driven - rotor * motion['load_acceleration']), rotor, width,
+                  one.measured.period)
+
+
+@njit(cache=True, nogil=True)
+def _free(torque: np.ndarray, rotor: float, width: float, period: float) -> np.ndarray:
+    """Return what of a torque on the motor turns it in a gap; a blow where a flank is met."""
+    free = np.zeros(len(torque))
+    side, ahead, turns = 1.0, 0.5 * width, 0.0
+    for k in range(len(torque)):
+        if torque[k] * side > 0.0:
+            continue
+        turns += period * torque[k] / rotor
+        ahead += period * turns
+        side, free[k] = 0.0, torque[k]
+        if abs(ahead) >= 0.5 * width:
+            side = 1.0 if ahead > 0.0 else -1.0
+            free[k] -= rotor * turns / period
+            ahead, turns = 0.5 * width * side, 0.0
+    return free
