@@ -10,6 +10,7 @@ servo file before, `identify/relearn` has the change detector learn again.
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 import sys
@@ -33,7 +34,6 @@ from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
-from servo_twin.physics.servo import ServoError
 from servo_twin.recording.events import BEGAN, PARAMETERS, SERVO_FILE
 from servo_twin.recording.sample_joining import Joiner
 from servo_twin_msgs.msg import Estimate, Event, Residual
@@ -56,7 +56,7 @@ class IdentifyNode(Node):
     """
     Samples, residuals and reports.
 
-    Raises ServoError for a servo file that cannot be, UnknownParameter for a wrong name.
+    Raises ValueError for a servo file or a folder that cannot be, or a wrong name.
     """
 
     def __init__(self, scratch: Path, shortage: Shortage) -> None:
@@ -76,8 +76,7 @@ class IdentifyNode(Node):
         self._twins_loads = ''
         self._judging: Thread | None = None
         self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
-        folder = value(self, 'folder')
-        self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
+        self.jobs = Jobs(self, self.ring, self.models, identify_parameters.folder(self, scratch),
                          self._on_loaded, shortage)
         guarded = shortage.guarded
         for topic, kind in twin_conversion.TOPICS.items():
@@ -230,10 +229,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     free_output()
     ending, shortage = started(arguments), Shortage()
-    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
+    with ExitStack() as kept:
         try:
+            scratch = kept.enter_context(tempfile.TemporaryDirectory(prefix='servo_identify_'))
             node = IdentifyNode(Path(scratch), shortage)
-        except (*UNFIT, ServoError, OSError) as problem:
+        except (*UNFIT, ValueError, OSError) as problem:
             return cannot_start('identify_node', problem)
         executor = EventsExecutor()
         executor.add_node(node)

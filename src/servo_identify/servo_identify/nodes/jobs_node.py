@@ -17,6 +17,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from servo_twin.bag import write_recording
+from servo_twin.commands.terminal import new_folder
 from servo_twin.description import servo_file
 from servo_twin.description.home_path import at_home
 from servo_twin.description.shipped import servo_at
@@ -165,7 +166,8 @@ class Jobs(Node):
         try:
             with self._alone():
                 folder = self._next_folder('diagnose')
-                output = _at(goal.output) if goal.output else folder / 'report'
+                output = new_folder(_at(goal.output) if goal.output else folder / 'report',
+                                    force=True)
                 servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
                 words = [str(servo), str(output), *self._bags(goal.bags, folder)]
                 feedback = Diagnose.Feedback(stage='starting')
@@ -322,9 +324,8 @@ class Jobs(Node):
 
     def _next_folder(self, what: str) -> Path:
         self._number += 1
-        folder = self._folder / f'{what}_{self._number}_{time.time_ns() // 10**6}'
-        folder.mkdir(parents=True)
-        return folder
+        return new_folder(
+            self._folder / f'{what}_{self._number}_{time.time_ns() // 10**6}', force=True)
 
     def _running(self, folder: Path) -> Path:
         path = folder / 'running.yaml'
