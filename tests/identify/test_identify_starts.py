@@ -10,7 +10,11 @@ import pytest
 import rclpy
 from rclpy.action import ActionClient
 
+from servo_twin.description.shipped import servo_at
+from servo_twin.nodes.topic_qos import EVENTS
+from servo_twin.recording.events import SERVO_FILE
 from servo_twin_msgs.action import Diagnose, Retrain
+from servo_twin_msgs.msg import Event, Residual
 
 pytestmark = pytest.mark.ros
 WAITS = 60.0  # s
@@ -93,3 +97,16 @@ def test_it_refuses_a_goal_at_once_whose_folder_has_become_none(tmp_path):
             assert not answer.success
             assert f'{folder}/{name}_' in answer.message
             assert 'nothing can be written there (Not a directory)' in answer.message
+
+
+def test_it_learns_again_once_the_twin_says_that_it_was_given_a_servo_file():
+    with running() as beside:
+        residuals = beside.node.create_publisher(Residual, 'twin/residual', 5000)
+        events = beside.node.create_publisher(Event, 'events', EVENTS)
+        beside.wait(lambda: residuals.get_subscription_count() == 1
+                    and beside.said.get('changes') == 'no residuals came')
+        residuals.publish(Residual(sequence=0, period=0.001))
+        beside.wait(lambda: beside.said['changes'].startswith('learning what is usual'))
+        events.publish(Event(source='/alone/twin', kind=SERVO_FILE,
+                             content=servo_at('rv_plain').read_text()))
+        beside.wait(lambda: beside.said['changes'] == 'no residuals came')

@@ -73,11 +73,10 @@ class IdentifyNode(Node):
         self._estimator: OnlineEstimator | None = None
         self._stale = False
         self._pushed = 0
-        self._twins_loads = ''
         self._judging: Thread | None = None
         self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
         self.jobs = Jobs(self, self.ring, self.models, identify_parameters.folder(self, scratch),
-                         self._on_loaded, shortage)
+                         shortage)
         guarded = shortage.guarded
         for topic, kind in twin_conversion.TOPICS.items():
             self.create_subscription(
@@ -86,7 +85,6 @@ class IdentifyNode(Node):
         self.create_subscription(Residual, 'twin/residual',
                                  guarded(self._compare, self._watch.begin_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
-        self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
         self._namesake = Namesake(self, self.finished.set_result)
         self._twin = f'{self.get_namespace().rstrip("/")}/twin'
         self.create_subscription(Event, 'events', guarded(self._follow), EVENTS)
@@ -154,18 +152,6 @@ class IdentifyNode(Node):
 
     # The servo file of the twin.
 
-    def _on_loaded(self) -> None:
-        self._stale = True
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        """Learn again when the twin runs another servo file, whoever loaded it."""
-        for status in message.status:
-            if status.name == f'{self._twin}: twin':
-                loads = next((v.value for v in status.values if v.key == 'servos loaded'), '')
-                if loads and self._twins_loads and loads != self._twins_loads:
-                    self._watch.learn_again()
-                self._twins_loads = loads or self._twins_loads
-
     def _follow(self, message: Event) -> None:
         """Take over what the twin says that it runs, whoever has loaded or set it."""
         if message.source != self._twin or message.kind not in (BEGAN, PARAMETERS, SERVO_FILE):
@@ -177,6 +163,7 @@ class IdentifyNode(Node):
             return
         if others:
             self.get_logger().info(self.models.sentence)
+        if others or message.kind == SERVO_FILE:
             self._servo = servo_file.loads(self.models.running, 'the servo file that runs')
             self._stale = True
             self._watch.begin_again()

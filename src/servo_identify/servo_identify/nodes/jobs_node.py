@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 import json
 from pathlib import Path
@@ -41,15 +41,15 @@ class Jobs(Node):
 
     Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`.
     One job at a time; each is a process, so that samples are never late and a cancel ends it at
-    once. ``loaded`` is called, on a thread of this node, after the twin took another servo file.
+    once.
     """
 
     def __init__(self, rig: Node, ring: Ring, models: Models, folder: Path,
-                 loaded: Callable[[], None], shortage: Shortage) -> None:
+                 shortage: Shortage) -> None:
         name, where = f'{rig.get_name()}_jobs', rig.get_namespace()
         super().__init__(name, namespace=where, cli_args=named(name, where))
         self.models, self._shortage = models, shortage
-        self._ring, self._folder, self._loaded = ring, folder, loaded
+        self._ring, self._folder = ring, folder
         # what somebody asked for waits while a trial is judged, and is refused beside another
         self._asked, self._busy, self._closing = Lock(), Lock(), Event()
         self._loads = Lock()
@@ -199,7 +199,6 @@ class Jobs(Node):
         with self._giving():
             answer = self._ask(text)
             self.models.loaded(text, answer.previous, self._ring.next)
-        self._loaded()
         return answer.message
 
     def return_to_previous(self, why: str) -> str:
@@ -210,7 +209,6 @@ class Jobs(Node):
             back = self.models.previous
             answer = self._ask(back)
             self.models.returned(back, answer.previous, why)
-        self._loaded()
         return answer.message
 
     def judge(self, seconds: float) -> None:
