@@ -30,6 +30,8 @@ from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
 from .short_memory import is_shortage, SAID, Shortage, WAIT
 
+SERVICES = {'twin/load_servo': LoadServo, 'identify/go_back': Trigger,
+            'identify/load_augmented': Trigger}
 LOOK_EVERY = 0.1  # s between two looks at a job
 _LOADING = 60.0  # s that the twin may take to compile and load
 _RUNS = 'refused: a job is running; cancel it or wait'

@@ -9,15 +9,17 @@ from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
-from servo_twin_msgs.msg import Prediction, Residual
+from servo_twin_msgs.msg import Event, PlotResidual, Prediction, Residual
+from servo_twin_msgs.srv import LoadServo
 
 from ..lockstep.lockstep import Answer, Lockstep
 from ..physics.servo import ServoError
 from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
+from .given_parameters import refuse_shared
 from .mixed_topics import mixed
-from .plot_residuals import PlotResiduals
+from .plot_residuals import PlotResiduals, TOPIC
 from .topic_qos import OVERRIDABLE, sample_qos
 from .twin_health import TwinHealth
 
@@ -39,6 +41,8 @@ class LiveAnswers:
     def __init__(self, node: LifecycleNode, begin: Callable[[float], Lockstep],
                  again: Callable[[float], None] = lambda period: None) -> None:
         self._node, self._begin, self._again = node, begin, again
+        refuse_shared(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
+                      {'twin/load_servo': LoadServo})
         self.lockstep: Lockstep | None = None
         self.next = self.zero = 0
         self._told_again = -AGAIN
