@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, say, tell
 
-from ..data.arguments import add_data, files
+from ..data.arguments import add_data, files, stretch_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,7 +54,8 @@ def main(arguments: argparse.Namespace) -> int:
     servo = servo_file.load(arguments.servo)
     path, = files([arguments.bag])
     new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
-    with open_one(path, arguments.servo, arguments.mapping, arguments.namespace) as recording:
+    with open_one(path, arguments.servo, arguments.mapping, arguments.namespace,
+                  stretch_of(arguments)) as recording:
         return _followed(servo, recording, arguments)
 
 
