@@ -145,6 +145,19 @@ def test_stamps_of_another_unit_make_no_samples():
     assert not robot.blocks
 
 
+@pytest.mark.parametrize('begin', [0, 7])
+@pytest.mark.parametrize('off', [3600, 5, -5])
+def test_a_clock_that_is_set_between_two_looks_makes_no_sample_of_another_time(off, begin):
+    robot = Robot().says(4.4, stamp=lambda now: now + begin * SECOND)
+    before = len(robot.blocks)
+    robot.says(3, stamp=lambda now: now + (begin + off) * SECOND)
+    after = robot.blocks[before:]
+    assert len(after) > 30
+    assert all(robot.now - 3.1 * SECOND < block.stamp < robot.now for block in after)
+    assert robot.stream.restarts == 1 and robot.stream.lost == 0
+    assert '1 times that the samples began again: the time of /joint_states jumped' in robot.told
+
+
 def test_a_clock_that_is_set_once_keeps_its_pace():
     robot = Robot().says(3)
     robot.says(5, stamp=lambda now: now + 3600 * SECOND)
