@@ -70,6 +70,11 @@ def test_it_says_that_a_field_never_holds_a_number(effort):
     assert robot.told == ''
 
 
+def test_it_says_what_to_write_where_messages_name_no_joints():
+    assert "no 'hip'; the message lists no names: write a number in place of 'hip'" in (
+        Robot().says(3, joints=()).told)
+
+
 def test_other_nodes_may_publish_their_own_joints_on_the_same_topic():
     robot = Robot(('/arm', '/gripper'))
     for _ in range(600):
