@@ -28,6 +28,12 @@ AGAIN = 1.0
 """s between two drivers at least: what goes back more often is of two that publish at once."""
 
 
+def judge_names(node: LifecycleNode) -> None:
+    """Raise SharedName where remaps give two of the twin's topics or services one name."""
+    refuse_shared(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
+                  {'twin/load_servo': LoadServo})
+
+
 class LiveAnswers:
     """
     The topics of a twin node between configure and cleanup, and what becomes of their samples.
@@ -41,8 +47,6 @@ class LiveAnswers:
     def __init__(self, node: LifecycleNode, begin: Callable[[float], Lockstep],
                  again: Callable[[float], None] = lambda period: None) -> None:
         self._node, self._begin, self._again = node, begin, again
-        refuse_shared(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
-                      {'twin/load_servo': LoadServo})
         self.lockstep: Lockstep | None = None
         self.next = self.zero = 0
         self._told_again = -AGAIN
