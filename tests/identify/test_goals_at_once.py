@@ -45,8 +45,7 @@ class Twin:
         self.executor.add_node(self.node)
         self.thread = Thread(target=self.executor.spin, daemon=True)
         self.thread.start()
-        self.jobs = Jobs(self.node, Ring(10.0), Models(SERVO, 0.02), folder, lambda: None,
-                         Shortage())
+        self.jobs = Jobs(self.node, Ring(10.0), Models(SERVO, 0.02), folder, Shortage())
         wait(lambda: self.jobs._twin.service_is_ready())
         knows_the_way_back(self.jobs, 'identify', wait)
 

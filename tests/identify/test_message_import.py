@@ -182,6 +182,12 @@ def test_a_joint_whose_name_is_a_number_is_taken_by_its_name(tmp_path):
     assert (one['load_position'] == 9.0).all()
 
 
+def test_it_says_what_to_write_where_messages_name_no_joints(tmp_path):
+    nameless = moving(tmp_path, START, names=())
+    with pytest.raises(ValueError, match=r"no 'joint'; .* a number in place of 'joint', 0 for"):
+        read_recordings([nameless], SERVO, CONFIG / 'imports' / 'joint_state.yaml')
+
+
 @pytest.mark.parametrize(('source', 'words'), [
     ('/joint_state.position[joint]', ['no topic', '/joint_states']),
     ('/joint_states.position[elbow]', ["no 'elbow'", "'wrist', 'joint'"]),

@@ -70,6 +70,11 @@ def test_it_says_that_a_field_never_holds_a_number(effort):
     assert robot.told == ''
 
 
+def test_it_says_what_to_write_where_messages_name_no_joints():
+    assert "no 'hip'; the message lists no names: write a number in place of 'hip'" in (
+        Robot().says(3, joints=()).told)
+
+
 def test_other_nodes_may_publish_their_own_joints_on_the_same_topic():
     robot = Robot(('/arm', '/gripper'))
     for _ in range(600):
@@ -143,6 +148,19 @@ def test_stamps_of_another_unit_make_no_samples():
     robot = Robot().says(6, stamp=lambda now: now // MS)  # ms, taken for ns
     assert 'its stamps go at 1e-06 of our time' in robot.told
     assert not robot.blocks
+
+
+@pytest.mark.parametrize('begin', [0, 7])
+@pytest.mark.parametrize('off', [3600, 5, -5])
+def test_a_clock_that_is_set_between_two_looks_makes_no_sample_of_another_time(off, begin):
+    robot = Robot().says(4.4, stamp=lambda now: now + begin * SECOND)
+    before = len(robot.blocks)
+    robot.says(3, stamp=lambda now: now + (begin + off) * SECOND)
+    after = robot.blocks[before:]
+    assert len(after) > 30
+    assert all(robot.now - 3.1 * SECOND < block.stamp < robot.now for block in after)
+    assert robot.stream.restarts == 1 and robot.stream.lost == 0
+    assert '1 times that the samples began again: the time of /joint_states jumped' in robot.told
 
 
 def test_a_clock_that_is_set_once_keeps_its_pace():

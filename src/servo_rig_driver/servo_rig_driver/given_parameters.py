@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
 import re
@@ -16,6 +16,10 @@ import yaml
 
 from .nearest_name import or_what
 
+EVERYWHERE = {'/rosout': 'rcl_interfaces/msg/Log',
+              '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
+              '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray'}
+"""The topics of every node, and their types."""
 LATER = 'qos_overrides.'
 """Begins the names that a node declares with its publishers and subscriptions."""
 
@@ -24,7 +28,11 @@ class UnknownParameter(ValueError):
     """A parameter was given at the start that the node does not have."""
 
 
-UNFIT = ParameterException, UnknownParameter
+class SharedName(ValueError):
+    """Two topics of different types, or two services, were given one name at the start."""
+
+
+UNFIT = ParameterException, UnknownParameter, SharedName
 """What a node that was told something wrong raises as it is made."""
 _TYPES = {'INTEGER': 'an integer', 'DOUBLE': 'a number with a point', 'STRING': 'a text',
           'BOOL': 'true or false'}
@@ -74,6 +82,29 @@ def refuse_unknown(node: Node) -> None:
         if own and not any(_fits(part, name) for part in parts):
             raise UnknownParameter(f'{file} is of {own}, and this node is {name}: none of its '
                                    f'values would be taken; write /**/{node.get_name()} there')
+
+
+def refuse_shared(node: Node, topics: Mapping[str, type | str],
+                  services: Mapping[str, type] | None = None) -> None:
+    """
+    Raise SharedName where remaps give topics of two types, or two services, one name.
+
+    ``topics`` and ``services`` are all that the process has, types by the names before remaps.
+    """
+    services = services or {}
+    own = {one.service_name: one.srv_type for one in node.services}
+    for what, resolved, types in (
+            ('topic', node.resolve_topic_name, {**EVERYWHERE, **topics}),
+            ('service', node.resolve_service_name, {**own, **services})):
+        taken: dict[str, tuple[str, str]] = {}
+        for name, kind in types.items():
+            text = kind if isinstance(kind, str) else '/'.join(
+                [*kind.__module__.split('.')[:2], kind.__name__])
+            other, of_other = taken.setdefault(resolved(name), (name, text))
+            if other != name and (what == 'service' or of_other != text):
+                raise SharedName(f'{other} ({of_other}) and {name} ({text}) would both be the '
+                                 f'{what} {resolved(name)}; change the remaps (-r {name}:=...) so '
+                                 'that each has a name of its own')
 
 
 def _parts_of(file: Any, above: str = '') -> Iterator[str]:

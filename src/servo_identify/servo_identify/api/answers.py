@@ -8,6 +8,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from servo_twin.description.whole_file import write_whole
+
 from ..data.finding import Finding
 from ..diagnose.answer.patch import difference, patched
 from ..diagnose.answer.report import GapReport
@@ -139,7 +141,7 @@ class Answer:
         folder.mkdir(parents=True, exist_ok=True)
         self.report.save(folder / 'report.json')
         self.augmented.save(folder / 'augmented.yaml')
-        (folder / 'report.html').write_text(self.page, 'utf8')
+        write_whole(folder / 'report.html', self.page)
         return folder
 
     def plot(self, what: str = 'curve', effect: str | None = None) -> Any:

@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 
 from servo_twin.description.home_path import at_home
+from servo_twin.description.whole_file import write_whole
 from servo_twin.physics.servo import Servo, Value
 
 
@@ -47,9 +48,7 @@ class ServoFile:
                                     f'{path / f"{self.name}.yaml"}')
         if not path.parent.is_dir():
             raise FileNotFoundError(f'{path} cannot be written: there is no folder {path.parent}')
-        draft = path.with_name(f'.{path.name}.part')
-        draft.write_text(self.text, 'utf8')
-        draft.replace(path)
+        write_whole(path, self.text)
         return path
 
     def __str__(self) -> str:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, tell, terminal
 
-from ..data.arguments import add_data, files, recordings_looked_at
+from ..data.arguments import add_data, files, recordings_looked_at, stretch_of
 from ..experiment.reach_limits import check_reach, REACH
 
 if TYPE_CHECKING:
@@ -77,7 +77,12 @@ def reach_of(text: str) -> dict[str, float]:
 def main(arguments: argparse.Namespace) -> int:
     """Diagnose; returns 0 when there is an answer. Raises ValueError with a sentence otherwise."""
 
+    from ..data.stretch import ALL
+
     if arguments.jobs:
+        if stretch_of(arguments) != ALL:
+            raise ValueError('--from and --to are of the recordings of one machine; leave them '
+                             'out beside --jobs')
         from ..jobs.many_diagnoses import run_all
         ended = run_all(arguments.jobs, Path(arguments.output), arguments.cluster,
                         force=arguments.force, quiet=arguments.quiet)

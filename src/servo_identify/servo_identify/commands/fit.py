@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_file, new_folder, say, tell, terminal
 
-from ..data.arguments import add_data, files
+from ..data.arguments import add_data, files, stretch_of
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 
 if TYPE_CHECKING:
@@ -75,7 +75,8 @@ def main(arguments: argparse.Namespace) -> int:
     settings = Settings(
         tuple(arguments.free), arguments.learn, arguments.mode, arguments.horizon,
         arguments.weights, not arguments.no_delays, arguments.beyond_tolerance, arguments.robust,
-        arguments.namespace, str(arguments.mapping) if arguments.mapping else None)
+        arguments.namespace, str(arguments.mapping) if arguments.mapping else None,
+        stretch_of(arguments))
     _complete(arguments)
     bags = tuple(files(arguments.bags))
     if arguments.jobs or arguments.each:

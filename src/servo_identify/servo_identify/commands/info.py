@@ -8,7 +8,7 @@ from typing import Any, TYPE_CHECKING
 
 from servo_twin.commands.terminal import tell, terminal
 
-from ..data.arguments import add_data, files
+from ..data.arguments import add_data, files, stretch_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -29,7 +29,8 @@ def main(arguments: argparse.Namespace) -> int:
     for named in arguments.bags:
         try:
             for path in files([named]):
-                with open_all(path, None, arguments.mapping, arguments.namespace) as several:
+                with open_all(path, None, arguments.mapping, arguments.namespace,
+                              stretch=stretch_of(arguments)) as several:
                     for recording in several:
                         facts = facts_of(path, recording)
                         _show(console, facts)

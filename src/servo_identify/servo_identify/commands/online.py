@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, say, tell
 
-from ..data.arguments import add_data, one_file
+from ..data.arguments import add_data, one_file, stretch_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -55,7 +55,8 @@ def main(arguments: argparse.Namespace) -> int:
     servo = servo_file.load(arguments.servo)
     path = one_file(arguments.bag, 'online')
     new_folder(arguments.output, arguments.force, 'online.csv', 'online.png')
-    with open_one(path, arguments.servo, arguments.mapping, arguments.namespace) as recording:
+    with open_one(path, arguments.servo, arguments.mapping, arguments.namespace,
+                  stretch_of(arguments)) as recording:
         return _followed(servo, recording, arguments)
 
 

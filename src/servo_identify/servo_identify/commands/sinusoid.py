@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from servo_twin.commands.terminal import say, tell
 from servo_twin.recording.channels import COLUMNS
 
-from ..data.arguments import add_data, files, recordings
+from ..data.arguments import add_data, files
 
 if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording
@@ -30,18 +30,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
     add_data(parser, servo=False)
     parser.add_argument('--column', choices=list(COLUMNS), help='default: see above')
-    parser.add_argument('--from', dest='begin', type=float, default=0.0, metavar='S',
-                        help='leave out what comes before, s (default %(default)g)')
-    parser.add_argument('--to', dest='end', type=float, metavar='S',
-                        help='leave out what comes after, s')
 
 
 def main(arguments: argparse.Namespace) -> int:
     """Print a line a bag."""
 
+    from ..data.reading import read_recordings
+
     found = []
-    for bag in files(arguments.bags):
-        recording, = recordings(arguments, [bag])
+    for bag in files(arguments.bags):  # whole: the phase is that at its first sample
+        recording, = read_recordings([bag], None, arguments.mapping, arguments.namespace)
         column, sine = of_recording(recording, arguments.column, arguments.begin, arguments.end)
         found.append({'bag': bag, 'column': column, **asdict(sine)})
         say(arguments, said(bag.name, column, sine))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,13 +15,14 @@ if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording
 
     from .long_bags import Long
+    from .stretch import Stretch
 
 WHAT = 'bags, rosbag2 folders, MCAP files, tables, or patterns of them'
 
 
 def add_data(parser: argparse.ArgumentParser, nargs: str | None = '+', servo: bool = True) -> None:
     """
-    Declare BAG, --servo, --mapping and --namespace.
+    Declare BAG, --servo, --mapping, --namespace, --from and --to.
 
     ``nargs`` is that of BAG; ``servo`` says whether the command cannot do without a servo file.
     """
@@ -28,14 +30,26 @@ def add_data(parser: argparse.ArgumentParser, nargs: str | None = '+', servo: bo
     parser.add_argument('bags' if nargs else 'bag', metavar='BAG', help=WHAT, **more)
     parser.add_argument('--servo', type=named_servo, required=servo and nargs != '*',
                         metavar='S.yaml', help='servo file, or the name of a shipped one')
-    add_reading(parser)
-
-
-def add_reading(parser: argparse.ArgumentParser) -> None:
-    """Declare how data are read: --mapping and --namespace."""
     parser.add_argument('--mapping', type=Path, metavar='M.yaml',
                         help='how columns of a table, or fields of messages, become channels')
     parser.add_argument('--namespace', help='rig to read where a bag has several')
+    parser.add_argument('--from', dest='begin', type=_instant, default=0.0, metavar='S',
+                        help='leave out what comes before, s after the first sample')
+    parser.add_argument('--to', dest='end', type=_instant, default=inf, metavar='S',
+                        help='leave out what comes after, s after the first sample')
+
+
+def _instant(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < inf:
+        raise argparse.ArgumentTypeError(f'{text} is no instant of a recording: give 0 s or more')
+    return value
+
+
+def stretch_of(arguments: argparse.Namespace) -> Stretch:
+    """Return what --from and --to say."""
+    from .stretch import Stretch
+    return Stretch(arguments.begin, arguments.end)
 
 
 def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None = None
@@ -44,7 +58,7 @@ def recordings(arguments: argparse.Namespace, paths: Iterable[str | Path] | None
     from .reading import read_recordings
     several = arguments.bags if paths is None else paths
     return read_recordings(several, getattr(arguments, 'servo', None), arguments.mapping,
-                           arguments.namespace)
+                           arguments.namespace, stretch_of(arguments))
 
 
 def opened(arguments: argparse.Namespace, stack: ExitStack,
@@ -54,7 +68,8 @@ def opened(arguments: argparse.Namespace, stack: ExitStack,
     several = arguments.bags if paths is None else paths
     return [one for path, name in called(several, arguments.mapping).items()
             for one in stack.enter_context(open_all(path, getattr(arguments, 'servo', None),
-                                                    arguments.mapping, arguments.namespace, name))]
+                                                    arguments.mapping, arguments.namespace, name,
+                                                    stretch_of(arguments)))]
 
 
 def recordings_looked_at(arguments: argparse.Namespace, *groups: Iterable[str | Path]
@@ -66,7 +81,8 @@ def recordings_looked_at(arguments: argparse.Namespace, *groups: Iterable[str | 
     """
     from .reading import read_looked_at
     every = [path for paths in groups for path in paths]
-    return [read_looked_at(paths, arguments.servo, arguments.mapping, arguments.namespace, every)
+    return [read_looked_at(paths, arguments.servo, arguments.mapping, arguments.namespace, every,
+                           stretch_of(arguments))
             for paths in groups]
 
 

@@ -30,6 +30,7 @@ from .message_times import on_one_clock, stamp_of
 from .rows_in_time import at_rows, period_between
 from .table import Table
 
+NAMELESS = 'the message lists no names: write a number in place of {!r}, 0 for the first'
 _NAMES = ('name', 'names', 'joint_names', 'interface_names')
 _PART = re.compile(r'(\w+)|\[([^\]]+)\]|\.')
 LOOKED = 200  # messages in which the fields of a file are sought
@@ -233,8 +234,7 @@ def _listed(owners: list[Any]) -> list[str]:
 
 
 def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> Any:
-    index = None
-    named: list[str] = []
+    index, named = None, list[str]()
     for owner in reversed(seen):
         names = _listed([owner])
         named += names
@@ -243,8 +243,8 @@ def _element(path: Path, source: str, row: Any, which: str, seen: list[Any]) -> 
     if index is None and which.isdigit():
         index = int(which)
     if index is None:
-        raise _NotListed(f'{path}: {source}: there is no {which!r}; '
-                         f'{or_what(which, named, "names are")}')
+        known = or_what(which, named, 'names are') if named else NAMELESS.format(which)
+        raise _NotListed(f'{path}: {source}: there is no {which!r}; {known}')
     if index >= len(row):
         return np.nan  # a message may leave its row empty
     return row[index]

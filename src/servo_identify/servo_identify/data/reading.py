@@ -16,16 +16,17 @@ from .mapping import read_mapping
 from .message_files import holds_messages, opened
 from .named_files import files_of, held_in, is_folder, names_apart
 from .packed import stem_of
+from .stretch import ALL, Stretch
 from .table_import import import_tables
 
 One = TypeVar('One', Recording, Long)
 
 
 def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None,
-                    mapping: str | Path | None = None, namespace: str | None = None
-                    ) -> list[Recording]:
+                    mapping: str | Path | None = None, namespace: str | None = None,
+                    stretch: Stretch = ALL) -> list[Recording]:
     """
-    Return the recordings that paths and patterns name, in their order.
+    Return the recordings that paths and patterns name, in their order, a stretch of each.
 
     ``servo`` is the servo file and ``mapping`` the mapping file by which tables and messages are
     read; a bag of ours needs neither. Without a servo file the angles of a table are not held
@@ -33,7 +34,7 @@ def read_recordings(paths: Iterable[str | Path], servo: str | Path | None = None
     bag BagError) or OSError, which name the file; all are looked for before one is read.
     """
     return [one for path, name in called(paths, mapping).items()
-            for one in _read(path, servo, mapping, namespace, name)]
+            for one in _read(path, servo, mapping, namespace, name, stretch)]
 
 
 def called(paths: Iterable[str | Path], mapping: str | Path | None = None) -> dict[Path, str]:
@@ -66,7 +67,8 @@ def read_mapped(paths: Iterable[str | Path], servo: str | Path | None = None,
 
 def read_looked_at(paths: Iterable[str | Path], servo: str | Path | None = None,
                    mapping: str | Path | None = None, namespace: str | None = None,
-                   beside: Iterable[str | Path] = ()) -> list[Recording]:
+                   beside: Iterable[str | Path] = (), stretch: Stretch = ALL
+                   ) -> list[Recording]:
     """
     Return the recordings that paths and patterns name, of long ones parts alone.
 
@@ -76,7 +78,7 @@ def read_looked_at(paths: Iterable[str | Path], servo: str | Path | None = None,
     mine, found = files_of(paths), []
     names = called([*mine, *beside], mapping)
     for path in mine:
-        with open_all(path, servo, mapping, namespace, names[path]) as several:
+        with open_all(path, servo, mapping, namespace, names[path], stretch) as several:
             found += [part for one in several for part in looked_at(one)]
     return found
 
@@ -88,9 +90,10 @@ def read_one(path: Path, servo: str | Path | None = None, mapping: str | Path | 
 
 
 def _read(path: Path, servo: str | Path | None, mapping: str | Path | None,
-          namespace: str | None, name: str = '') -> list[Recording]:
-    if _to_import(path, mapping):
-        return _imported(path, servo, mapping, name)
+          namespace: str | None, name: str = '', stretch: Stretch = ALL) -> list[Recording]:
+    if stretch != ALL or _to_import(path, mapping):
+        with open_all(path, servo, mapping, namespace, name, stretch) as several:
+            return [all_of(one) for one in several]
     with _known(path):
         return [replace(read_recording(path, namespace), name=name or path.name)]
 
@@ -112,30 +115,31 @@ def _single(path: Path, several: list[One]) -> One:
 
 @contextmanager
 def open_one(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
-             namespace: str | None = None) -> Iterator[Long]:
+             namespace: str | None = None, stretch: Stretch = ALL) -> Iterator[Long]:
     """Open the recording of one path, of any length; raises ValueError for one of several."""
-    with open_all(path, servo, mapping, namespace) as several:
+    with open_all(path, servo, mapping, namespace, stretch=stretch) as several:
         yield _single(path, several)
 
 
 @contextmanager
 def open_all(path: Path, servo: str | Path | None = None, mapping: str | Path | None = None,
-             namespace: str | None = None, name: str = '') -> Iterator[list[Long]]:
+             namespace: str | None = None, name: str = '', stretch: Stretch = ALL
+             ) -> Iterator[list[Long]]:
     """
     Open the recordings of one path, of any length; raises as :func:`read_recordings` does.
 
     A bag holds one; a table may hold several, as the episodes of LeRobot. ``name`` is what it is
-    called where that is not the name of its file.
+    called where that is not the name of its file. ``stretch`` is what is wanted of each.
     """
     if _to_import(path, mapping):
-        yield [*_imported(path, servo, mapping, name)]
+        yield [stretch.of(one) for one in _imported(path, servo, mapping, name)]
         return
     with ExitStack() as opened:
         with _known(path):
             bag = opened.enter_context(open_recording(path, namespace))
         if name:
             bag.rename(name)
-        yield [bag]
+        yield [stretch.of(bag)]
 
 
 def _path(named: str | Path | None) -> Path | None:

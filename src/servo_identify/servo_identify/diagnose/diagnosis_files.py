@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from servo_twin.description.whole_file import write_whole
 from servo_twin.physics.servo import Servo
 
 from .answer.patch import difference, patched
@@ -20,7 +21,7 @@ def write_diagnosis(found: Diagnosis, text: str, servo: Servo, output: Path, ref
     """
     found.report.save(output / 'report.json')
     new = patched(text, servo, found.refit if refit else found.augmented)
-    (output / 'augmented.yaml').write_text(new)
+    write_whole(output / 'augmented.yaml', new)
     if page:
         from .page.document import document_of
         from .page.page import write_page

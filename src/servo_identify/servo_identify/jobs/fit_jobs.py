@@ -17,6 +17,7 @@ from servo_twin.physics.servo import Servo
 
 from ..data.reading import read_looked_at
 from ..data.recording_check import contradictions
+from ..data.stretch import ALL, Stretch
 from ..fit.estimate import Estimate
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 from ..fit.output_error import fit, Progress
@@ -36,6 +37,7 @@ class Settings:
     robust: bool = False
     namespace: str | None = None
     mapping: str | None = None
+    stretch: Stretch = ALL
 
     def __post_init__(self) -> None:
         for name, choices in (('learn', LEARNED), ('mode', tuple(INPUT_OF)), ('weights', WEIGHTS)):
@@ -66,7 +68,8 @@ class Answer:
 def run(job: Job, progress: Callable[[Progress], None] | None = None) -> Answer:
     """Read the files of a job, fit or learn. Raises ValueError for what cannot be fitted."""
     how, servo = job.settings, servo_file.load(job.servo)
-    recordings = read_looked_at(job.bags, job.servo, how.mapping, how.namespace)
+    recordings = read_looked_at(job.bags, job.servo, how.mapping, how.namespace,
+                                stretch=how.stretch)
     for recording in recordings:
         for warning in recording.warnings:
             print(f'{recording.name}: {warning}', file=sys.stderr)
@@ -108,6 +111,7 @@ def read_jobs(path: Path, common: Mapping[str, Any] | None = None) -> dict[str, 
             servo: servos/press.yaml        # paths are relative to this file
             bags: [bags/press_7/*]          # a pattern stands for all that it matches
             free: [mechanism.load_inertia]  # and other settings of this fit alone
+            stretch: [600, 660]             # s of each bag; left out: all
 
     ``common`` settings stand behind those of the file. Raises ValueError naming what is wrong.
     """
@@ -127,13 +131,23 @@ def read_jobs(path: Path, common: Mapping[str, Any] | None = None) -> dict[str, 
         _known(path, where, {**shared, **row}, ('servo', 'bags', *known))
         chosen = {**shared, **{k: v for k, v in row.items() if k in known}}
         try:
-            settings = Settings(**{**chosen, 'free': tuple(chosen.get('free') or ())})
+            settings = Settings(**{**chosen, 'free': tuple(chosen.get('free') or ()),
+                                   'stretch': _stretch(chosen.get('stretch', ALL))})
         except ValueError as problem:
             raise ValueError(f'{path}: {where}: {problem}') from None
         given = row['bags'] if isinstance(row['bags'], list) else [row['bags']]
         bags = [bag for pattern in given for bag in _matching(path, where, str(pattern))]
         jobs[str(name)] = Job((path.parent / row['servo']).resolve(), tuple(bags), settings)
     return jobs
+
+
+def _stretch(told: Any) -> Stretch:
+    try:
+        begin, end = map(float, told)
+    except (TypeError, ValueError):
+        raise ValueError(f'stretch = {told!r}; write two instants in s, such as '
+                         '[600, 660]') from None
+    return Stretch(begin, end)
 
 
 def _known(path: Path, where: str, row: Mapping[str, Any], known: Sequence[str]) -> None:

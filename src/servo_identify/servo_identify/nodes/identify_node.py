@@ -10,6 +10,7 @@ servo file before, `identify/relearn` has the change detector learn again.
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 import sys
@@ -27,13 +28,12 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.free_output import free_output
-from servo_twin.nodes.given_parameters import cannot_start, refuse_unknown, UNFIT
+from servo_twin.nodes.given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
 from servo_twin.nodes.namesake import Namesake, PROCESS
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
-from servo_twin.physics.servo import ServoError
 from servo_twin.recording.events import BEGAN, PARAMETERS, SERVO_FILE
 from servo_twin.recording.sample_joining import Joiner
 from servo_twin_msgs.msg import Estimate, Event, Residual
@@ -45,18 +45,20 @@ from . import identify_parameters
 from . import message_conversion as conversion
 from .change_watch import ChangeWatch, GATHERED
 from .identify_parameters import value
-from .jobs_node import Jobs
+from .jobs_node import Jobs, SERVICES
 from .message_conversion import OK, WARN
 from .short_memory import SAID, Shortage
 
 REPORT_EVERY = 1.0  # s
+TOPICS = {**twin_conversion.TOPICS, 'twin/residual': Residual, 'twin/estimate': Estimate,
+          'events': Event}
 
 
 class IdentifyNode(Node):
     """
     Samples, residuals and reports.
 
-    Raises ServoError for a servo file that cannot be, UnknownParameter for a wrong name.
+    Raises ValueError for a servo file or a folder that cannot be, or a wrong name.
     """
 
     def __init__(self, scratch: Path, shortage: Shortage) -> None:
@@ -65,6 +67,7 @@ class IdentifyNode(Node):
         self.finished: Future = Future()  # another node of this name began before it
         identify_parameters.declare(self)
         refuse_unknown(self)
+        refuse_shared(self, TOPICS, {'identify/relearn': Trigger, **SERVICES})
         text = servo_at(value(self, 'servo_file')).read_text()
         self.models = Models(text, value(self, 'margin'))
         self.ring = Ring(value(self, 'buffer'))
@@ -73,12 +76,10 @@ class IdentifyNode(Node):
         self._estimator: OnlineEstimator | None = None
         self._stale = False
         self._pushed = 0
-        self._twins_loads = ''
         self._judging: Thread | None = None
         self._joiner: Joiner = Joiner(tuple(twin_conversion.TOPICS))
-        folder = value(self, 'folder')
-        self.jobs = Jobs(self, self.ring, self.models, Path(folder) if folder else scratch,
-                         self._on_loaded, shortage)
+        self.jobs = Jobs(self, self.ring, self.models, identify_parameters.folder(self, scratch),
+                         shortage)
         guarded = shortage.guarded
         for topic, kind in twin_conversion.TOPICS.items():
             self.create_subscription(
@@ -87,7 +88,6 @@ class IdentifyNode(Node):
         self.create_subscription(Residual, 'twin/residual',
                                  guarded(self._compare, self._watch.begin_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
-        self.create_subscription(DiagnosticArray, '/diagnostics', guarded(self._hear), 100)
         self._namesake = Namesake(self, self.finished.set_result)
         self._twin = f'{self.get_namespace().rstrip("/")}/twin'
         self.create_subscription(Event, 'events', guarded(self._follow), EVENTS)
@@ -155,18 +155,6 @@ class IdentifyNode(Node):
 
     # The servo file of the twin.
 
-    def _on_loaded(self) -> None:
-        self._stale = True
-
-    def _hear(self, message: DiagnosticArray) -> None:
-        """Learn again when the twin runs another servo file, whoever loaded it."""
-        for status in message.status:
-            if status.name == f'{self._twin}: twin':
-                loads = next((v.value for v in status.values if v.key == 'servos loaded'), '')
-                if loads and self._twins_loads and loads != self._twins_loads:
-                    self._watch.learn_again()
-                self._twins_loads = loads or self._twins_loads
-
     def _follow(self, message: Event) -> None:
         """Take over what the twin says that it runs, whoever has loaded or set it."""
         if message.source != self._twin or message.kind not in (BEGAN, PARAMETERS, SERVO_FILE):
@@ -178,6 +166,7 @@ class IdentifyNode(Node):
             return
         if others:
             self.get_logger().info(self.models.sentence)
+        if others or message.kind == SERVO_FILE:
             self._servo = servo_file.loads(self.models.running, 'the servo file that runs')
             self._stale = True
             self._watch.begin_again()
@@ -230,10 +219,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     free_output()
     ending, shortage = started(arguments), Shortage()
-    with tempfile.TemporaryDirectory(prefix='servo_identify_') as scratch:
+    with ExitStack() as kept:
         try:
+            scratch = kept.enter_context(tempfile.TemporaryDirectory(prefix='servo_identify_'))
             node = IdentifyNode(Path(scratch), shortage)
-        except (*UNFIT, ServoError, OSError) as problem:
+        except (*UNFIT, ValueError, OSError) as problem:
             return cannot_start('identify_node', problem)
         executor = EventsExecutor()
         executor.add_node(node)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
+
+from servo_twin.commands.terminal import new_folder
+from servo_twin.description.home_path import at_home
 
 _REALS = {
     'buffer': (180.0, 's', 2.0, 3600.0, 'How much of the running rig is kept for jobs without '
@@ -48,3 +53,17 @@ def declare(node: Node) -> None:
 def value(node: Node, name: str):
     """Return the value of a parameter."""
     return node.get_parameter(name).value
+
+
+def folder(node: Node, scratch: Path) -> Path:
+    """
+    Return where jobs write, made: the parameter `folder`, or ``scratch`` where it is empty.
+
+    Raises ValueError where nothing can be written there: a retraining would hear of it last.
+    """
+    given = value(node, 'folder')
+    try:
+        return new_folder(at_home(given), force=True) if given else scratch
+    except ValueError as problem:
+        raise ValueError(f'folder = {given!r} is where retrained servo files go: {problem}, or '
+                         'leave the parameter out for a folder that ends with the node') from None

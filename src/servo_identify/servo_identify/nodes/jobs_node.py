@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 import json
 from pathlib import Path
@@ -17,6 +17,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from servo_twin.bag import write_recording
+from servo_twin.commands.terminal import new_folder
 from servo_twin.description import servo_file
 from servo_twin.description.home_path import at_home
 from servo_twin.description.shipped import servo_at
@@ -29,6 +30,8 @@ from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
 from .short_memory import is_shortage, SAID, Shortage, WAIT
 
+SERVICES = {'twin/load_servo': LoadServo, 'identify/go_back': Trigger,
+            'identify/load_augmented': Trigger}
 LOOK_EVERY = 0.1  # s between two looks at a job
 _LOADING = 60.0  # s that the twin may take to compile and load
 _RUNS = 'refused: a job is running; cancel it or wait'
@@ -40,15 +43,15 @@ class Jobs(Node):
 
     Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`.
     One job at a time; each is a process, so that samples are never late and a cancel ends it at
-    once. ``loaded`` is called, on a thread of this node, after the twin took another servo file.
+    once.
     """
 
     def __init__(self, rig: Node, ring: Ring, models: Models, folder: Path,
-                 loaded: Callable[[], None], shortage: Shortage) -> None:
+                 shortage: Shortage) -> None:
         name, where = f'{rig.get_name()}_jobs', rig.get_namespace()
         super().__init__(name, namespace=where, cli_args=named(name, where))
         self.models, self._shortage = models, shortage
-        self._ring, self._folder, self._loaded = ring, folder, loaded
+        self._ring, self._folder = ring, folder
         # what somebody asked for waits while a trial is judged, and is refused beside another
         self._asked, self._busy, self._closing = Lock(), Lock(), Event()
         self._loads = Lock()
@@ -165,7 +168,8 @@ class Jobs(Node):
         try:
             with self._alone():
                 folder = self._next_folder('diagnose')
-                output = _at(goal.output) if goal.output else folder / 'report'
+                output = new_folder(_at(goal.output) if goal.output else folder / 'report',
+                                    force=True)
                 servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
                 words = [str(servo), str(output), *self._bags(goal.bags, folder)]
                 feedback = Diagnose.Feedback(stage='starting')
@@ -197,7 +201,6 @@ class Jobs(Node):
         with self._giving():
             answer = self._ask(text)
             self.models.loaded(text, answer.previous, self._ring.next)
-        self._loaded()
         return answer.message
 
     def return_to_previous(self, why: str) -> str:
@@ -208,7 +211,6 @@ class Jobs(Node):
             back = self.models.previous
             answer = self._ask(back)
             self.models.returned(back, answer.previous, why)
-        self._loaded()
         return answer.message
 
     def judge(self, seconds: float) -> None:
@@ -322,9 +324,8 @@ class Jobs(Node):
 
     def _next_folder(self, what: str) -> Path:
         self._number += 1
-        folder = self._folder / f'{what}_{self._number}_{time.time_ns() // 10**6}'
-        folder.mkdir(parents=True)
-        return folder
+        return new_folder(
+            self._folder / f'{what}_{self._number}_{time.time_ns() // 10**6}', force=True)
 
     def _running(self, folder: Path) -> Path:
         path = folder / 'running.yaml'

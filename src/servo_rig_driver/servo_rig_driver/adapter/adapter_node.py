@@ -31,7 +31,7 @@ from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
 from ..free_output import free_output
-from ..given_parameters import cannot_start, refuse_unknown, UNFIT
+from ..given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
 from ..home_path import at_home
 from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
@@ -45,6 +45,7 @@ from .sample_stream import SampleStream, SECOND
 
 GROUPS = ('topics', 'samples', 'clock')
 LOOK_EVERY = 0.1
+SAMPLES = {'encoder': Encoder, 'torque': Torque, 'current': Current}
 
 
 class Adapter(Node):
@@ -59,6 +60,7 @@ class Adapter(Node):
         self.settings = of = adapter_parameters.declare(self)
         refuse_unknown(self)
         self.mapped = mapping_of(of.mapping, of.joint)
+        refuse_shared(self, dict.fromkeys(self.mapped.topics, 'of the robot') | SAMPLES)
         self.health = RigHealth()
         self._leaps = EncoderLeaps(self.health, of.largest_acceleration)
         period = round(SECOND / of.rate if of.rate else SECOND * self.mapped.period)
@@ -91,8 +93,7 @@ class Adapter(Node):
                                                             * self.settings.block_size)))
             self._outputs = [self.create_publisher(
                 kind, name, QoSProfile(depth=depth, reliability=ReliabilityPolicy.RELIABLE),
-                qos_overriding_options=OVERRIDABLE) for kind, name in (
-                    (Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
+                qos_overriding_options=OVERRIDABLE) for name, kind in SAMPLES.items()]
         self._leaps.take(block)
         for topic, message in zip(self._outputs, self._messages.fill(block), strict=True):
             topic.publish(message)

@@ -55,8 +55,19 @@ class ClockOffset:
             self._aside = stamp, received
             self.strays += 1
             return True
+        if self._aside is not None and self._was_set(stamp, received):
+            self._least, self._until = None, received  # the window ends here, and the offset moves
         self._kept, self._aside = (stamp, received), None
         return False
+
+    def _was_set(self, stamp: int, received: int) -> bool:
+        """
+        Tell whether a leap that two stamps agree on is of the clock.
+
+        No transit makes stamps go back, nor a message come before it was made.
+        """
+        return _leapt(self._kept, stamp, received) and (
+            stamp < self._kept[0] or received - stamp < self.offset - SAME)
 
     def local(self, stamp: int, received: int) -> int:
         """Return the instant of a message by our clock; a stamp of 0 is none: the receipt."""

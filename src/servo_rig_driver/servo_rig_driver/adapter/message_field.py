@@ -81,7 +81,10 @@ class Field:
                  if (names := getattr(owner, key, ())) and not isinstance(names, str)]
         index = next((names.index(which) for names in lists if which in names), None)
         if index is None and not which.isdigit():
-            raise FieldError(f'{self.source}: there is no {which!r}; names are {sum(lists, [])}')
+            names = sum(lists, [])
+            raise FieldError(f'{self.source}: there is no {which!r}; ' + (
+                f'names are {names}' if names else 'the message lists no names: write a number '
+                f'in place of {which!r}, 0 for the first'))
         if any(names.count(which) > 1 for names in lists):
             raise FieldError(f'{self.source}: there are two {which!r} in one message; names are '
                              f'{sum(lists, [])}')

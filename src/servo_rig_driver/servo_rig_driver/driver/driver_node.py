@@ -36,7 +36,7 @@ from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from ..free_output import free_output
-from ..given_parameters import cannot_start, refuse_unknown, UNFIT
+from ..given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
 from ..managed_node import ManagedNode
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
@@ -59,6 +59,7 @@ from .setpoints import SetpointPlayer
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 LOOK_EVERY = 0.1
+SAMPLES = {'encoder': Encoder, 'torque': Torque, 'current': Current}
 OVERRIDABLE = QoSOverridingOptions.with_default_policies()
 
 
@@ -75,6 +76,7 @@ class Driver(ManagedNode):
         super().__init__('driver', **kwargs)
         parameters.declare(self)
         refuse_unknown(self)
+        refuse_shared(self, {**SAMPLES, 'joint_states': JointState, 'command': Command})
         parameters.refuse_simulated_time(self)
         self.add_on_set_parameters_callback(self._judge_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
@@ -126,7 +128,7 @@ class Driver(ManagedNode):
             self.create_lifecycle_publisher(kind, name, sample_qos(
                 of['sync_period'], of['block_size'], of['history']),
                 qos_overriding_options=OVERRIDABLE)
-            for kind, name in ((Encoder, 'encoder'), (Torque, 'torque'), (Current, 'current'))]
+            for name, kind in SAMPLES.items()]
         self._topics.append(self.create_lifecycle_publisher(
             JointState, 'joint_states', 10, qos_overriding_options=OVERRIDABLE))
         self._subscription = self.create_subscription(

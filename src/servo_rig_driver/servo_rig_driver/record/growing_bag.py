@@ -72,6 +72,11 @@ class RecordingFile:
                 offered_qos_profiles=[_qos(topic in latched)])
             for topic, kind in topics.items()}
 
+    @property
+    def pending(self) -> float:
+        """Since when messages wait that are not on disk, s."""
+        return 0.0 if self._began is None else monotonic() - self._began
+
     def write(self, topic: str, time: int, data: bytes) -> None:
         """Write one serialized message received at ``time``, ns."""
         chunk = self._writer.storage.chunk.bio
@@ -90,12 +95,15 @@ class RecordingFile:
 
     def flush(self, now: bool = False) -> None:
         """Write the pending chunk out when it is old enough, or ``now``."""
-        if self._began is None or not (now or monotonic() - self._began >= self._chunk_seconds):
+        if self._began is None or not (now or self.pending >= self._chunk_seconds):
             return
         storage = self._writer.storage
-        if storage.chunk.msgs:
-            storage.close_chunk()
-        storage.bio.flush()
+        try:
+            if storage.chunk.msgs:
+                storage.close_chunk()
+            storage.bio.flush()
+        except OSError as error:  # of a full disk says no name
+            raise OSError(error.errno, error.strerror, storage.bio.name) from None
         self._began = None
         self._look_for(storage.bio)
 

@@ -34,6 +34,7 @@ from ..driver.setpoints import SECOND
 from ..driver.steady_clock import SteadyClock
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
+from ..given_parameters import cannot_start, refuse_shared, UNFIT
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 
@@ -60,6 +61,7 @@ class Player(Node):
         self._reference, self._torque = reference, external_torque
         self._start = 0
         self._steady = SteadyClock(self._ros_now)
+        refuse_shared(self, {'command': Command, 'encoder': Encoder})
         reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self._topic = self.create_publisher(Command, 'command', reliable)
         self._samples = self.create_subscription(Encoder, 'encoder', self._hear, reliable)
@@ -197,7 +199,10 @@ def main(arguments: list[str] | None = None) -> int:
     print(spoken(options.family, mode, reference, torque), flush=True)
     ending = Ending()
     start_ros(arguments)
-    node = Player(mode, options.period, reference, torque)
+    try:
+        node = Player(mode, options.period, reference, torque)
+    except UNFIT as problem:
+        return cannot_start('player', problem)
     begin = monotonic()
     try:
         while not node.done:

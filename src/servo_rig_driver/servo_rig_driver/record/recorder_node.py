@@ -137,7 +137,8 @@ class Recorder(Node):
                 self._fail(error)
 
     def _fail(self, error: OSError | MemoryError) -> None:
-        self.failure = f'recording to {self.file.path} stopped: {error}'
+        self.failure = (f'recording to {self.file.path} stopped: {error}; what came in the last '
+                        f'{self.file.pending:.1f} s is not in it')
         self.stop()
 
     def close(self) -> None:

@@ -5,8 +5,13 @@ from __future__ import annotations
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
+from ..given_parameters import refuse_shared
+
 EVENT = 'servo_twin_msgs/msg/Event'
 COMMAND = 'servo_twin_msgs/msg/Command'
+OWN = {'recording': 'servo_twin_msgs/msg/RecordingInfo', 'note': 'std_msgs/msg/String',
+       'events': EVENT}
+"""What the recorder itself publishes and hears."""
 DEFAULT_TOPICS = {
     'encoder': 'servo_twin_msgs/msg/Encoder',
     'torque': 'servo_twin_msgs/msg/Torque',
@@ -48,7 +53,11 @@ def declare(node: Node) -> None:
 
 
 def topics_of(node: Node) -> dict[str, str]:
-    """Return the types of the topics to record, by resolved name; raises ValueError."""
+    """
+    Return the types of the topics to record, by resolved name.
+
+    Raises ValueError for one without a type, and where two of different types have one name.
+    """
     topics = {}
     for entry in node.get_parameter('topics').value:
         name, _, kind = entry.partition(':')
@@ -56,8 +65,9 @@ def topics_of(node: Node) -> dict[str, str]:
         if kind.count('/') != 2:
             raise ValueError(f"topics: {entry!r} has no type; write 'name:package/msg/Type', "
                              f'or one of {list(DEFAULT_TOPICS)}')
-        topics[node.resolve_topic_name(name)] = kind
-    return topics
+        topics[name] = kind
+    refuse_shared(node, topics | OWN)
+    return {node.resolve_topic_name(name): kind for name, kind in topics.items()}
 
 
 def of_one_node(topics: dict[str, str]) -> list[str]:

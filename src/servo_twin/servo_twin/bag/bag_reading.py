@@ -49,6 +49,7 @@ class OpenRecording:
         info = info_of(source, prefix, self._told)
         self.name, self.period = source.path.name, self._samples.period
         self.sequence, self.start = self._samples.sequence, seconds(self._samples.stamp)
+        self._end = self._samples.end
         self._opened = warnings
         self._facts = {'name': self.name, 'period': self.period, **info}
         self.servo, self.servo_file = info.get('servo', ''), info.get('servo_file', '')
@@ -56,7 +57,17 @@ class OpenRecording:
         self.note = info.get('note', '')
 
     def __len__(self) -> int:
-        return self._samples.end - self.sequence
+        return self._end - self.sequence
+
+    def cut(self, first: int, end: int) -> None:
+        """Keep only the samples with running numbers from ``first`` to ``end``."""
+        first, self._end = self._clipped(first, end)
+        self.start += (first - self.sequence) * self.period
+        self.sequence = first
+
+    def _clipped(self, first: int, end: int) -> tuple[int, int]:
+        first = min(max(first, self.sequence), self._end)
+        return first, max(first, min(end, self._end))
 
     def rename(self, name: str) -> None:
         """Call the recording, and the parts of it, otherwise than the bag."""
@@ -92,7 +103,7 @@ class OpenRecording:
 
         Its warnings and digest are empty: they are those of the whole.
         """
-        first, end = self._samples.clipped(first, end)
+        first, end = self._clipped(first, end)
         found = self._samples.part(first, end)
         columns = {name: found[topic][field] for topic, names in self._fields.items()
                    for name, field in names.items() if field in found[topic]}

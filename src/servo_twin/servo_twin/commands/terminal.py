@@ -169,7 +169,8 @@ def _judge(folder: Path) -> None:
     """See before the work is done that a file can be made in a folder, or the folder itself."""
     with _told(folder):
         there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
-        tempfile.TemporaryFile(dir=there).close()
+        with tempfile.TemporaryFile(dir=there) as file:  # of a full disk, only a byte hears
+            file.write(b'.')
 
 
 def _made(folder: Path) -> None:

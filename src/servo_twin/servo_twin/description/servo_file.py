@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from keyword import iskeyword
-import os
 from pathlib import Path
 from reprlib import repr as brief
 
@@ -36,6 +35,7 @@ from ..physics.step_limit import check_step
 from .given_values import left_out
 from .nearest_name import or_what
 from .strict_yaml import NotPlain, read_yaml
+from .whole_file import write_whole
 
 _SECTIONS = ('servo', 'travel', 'step', 'drive', 'mechanism', 'controller', 'observer', 'sensors',
              'harmonic_drive', 'effects', 'tolerance')
@@ -128,12 +128,7 @@ def _of_fmu(part: type) -> list[str]:
 
 def save(servo: Servo, path: str | Path) -> None:
     """Write a servo file, whole or not at all."""
-    draft = Path(path).with_name(f'.{Path(path).name}.{os.getpid()}')
-    try:
-        draft.write_text(dumps(servo))
-        draft.replace(path)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(path, dumps(servo))
 
 
 def _inline(thing) -> str:

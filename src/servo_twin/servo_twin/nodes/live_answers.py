@@ -9,21 +9,29 @@ from typing import Any
 
 from rclpy.lifecycle import LifecycleNode
 
-from servo_twin_msgs.msg import Prediction, Residual
+from servo_twin_msgs.msg import Event, PlotResidual, Prediction, Residual
+from servo_twin_msgs.srv import LoadServo
 
 from ..lockstep.lockstep import Answer, Lockstep
 from ..physics.servo import ServoError
 from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
+from .given_parameters import refuse_shared
 from .mixed_topics import mixed
-from .plot_residuals import PlotResiduals
+from .plot_residuals import PlotResiduals, TOPIC
 from .topic_qos import OVERRIDABLE, sample_qos
 from .twin_health import TwinHealth
 
 ANSWERS = {'twin/prediction': Prediction, 'twin/residual': Residual}
 AGAIN = 1.0
 """s between two drivers at least: what goes back more often is of two that publish at once."""
+
+
+def judge_names(node: LifecycleNode) -> None:
+    """Raise SharedName where remaps give two of the twin's topics or services one name."""
+    refuse_shared(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
+                  {'twin/load_servo': LoadServo})
 
 
 class LiveAnswers:

@@ -31,7 +31,7 @@ from . import message_conversion as conversion
 from . import servo_parameters, twin_parameters
 from .free_output import free_output
 from .given_parameters import cannot_start, in_words, refuse_unknown, UNFIT
-from .live_answers import LiveAnswers
+from .live_answers import judge_names, LiveAnswers
 from .managed_node import ManagedNode
 from .namesake import Namesake, PROCESS
 from .node_help import asked_for_help
@@ -51,11 +51,11 @@ class TwinNode(ManagedNode):
     def __init__(self, **kwargs: object) -> None:
         super().__init__('twin', **kwargs)
         twin_parameters.declare(self)
+        judge_names(self)
         self.settings = twin_parameters.settings(self)
         self._servo: Servo | None = None
         self._answers = LiveAnswers(self, self._begin, self._say_begun)
-        self._declaring = False
-        self._told = self._failure = ''
+        self._declaring, self._told, self._failure = False, '', ''
         self.finished: Future = Future()
         self._namesake = Namesake(self, self._give_way)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

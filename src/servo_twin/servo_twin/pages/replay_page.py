@@ -12,6 +12,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from ..balances.goodness_of_fit import Fit, Fitting
+from ..description.whole_file import write_whole
 from ..physics.servo import Servo
 from ..recording.events import Happened
 from ..recording.parts import LongRecording
@@ -73,7 +74,7 @@ def write_page(path: Path | str, *about: Any, **more: Any) -> Path:
     """Write the page and return its path; further arguments are those of :func:`page_of`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page_of(*about, **more), 'utf8')
+    write_whole(path, page_of(*about, **more))
     return path
 
 

@@ -7,6 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
+from servo_twin.description.whole_file import write_whole
+
 SCHEMA = 'servo_gap/2'
 RUNGS = ('place', 'mechanism', 'curve', 'law')
 
@@ -98,7 +100,7 @@ class GapReport:
 
     def save(self, path: str | Path) -> None:
         """Write report.json."""
-        Path(path).write_text(json.dumps(self.as_dict(), indent=1, allow_nan=False) + '\n')
+        write_whole(path, json.dumps(self.as_dict(), indent=1, allow_nan=False) + '\n')
 
     def __str__(self) -> str:
         return self.verdict['sentence']

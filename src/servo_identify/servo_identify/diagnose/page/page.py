@@ -14,6 +14,7 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
+from servo_twin.description.whole_file import write_whole
 from servo_twin.pages.plotting import COLOURS, LICENCE, plotting, STYLE
 from servo_twin.pages.plotting import SCRIPTS as SHARED
 
@@ -33,7 +34,7 @@ def write_page(document: dict[str, Any], path: Path | str) -> Path:
     """Write the page of a diagnosis and return its path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page_of(document), 'utf8')
+    write_whole(path, page_of(document))
     return path
 
 
