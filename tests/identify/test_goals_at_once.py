@@ -46,7 +46,7 @@ class Twin:
         self.thread = Thread(target=self.executor.spin, daemon=True)
         self.thread.start()
         self.jobs = Jobs(self.node, Ring(10.0), Models(SERVO, 0.02), folder, Shortage())
-        wait(lambda: self.jobs._twin.service_is_ready())
+        wait(lambda: self.jobs.twin._client.service_is_ready())
         knows_the_way_back(self.jobs, 'identify', wait)
 
     def _load(self, request, response):
@@ -134,7 +134,7 @@ def test_it_hears_the_twin_though_it_is_asked_for_more_files_than_it_has_threads
 def test_it_ends_while_a_twin_that_hangs_owes_an_answer(twin):
     def retrained():
         with twin.jobs._busy, pytest.raises(ValueError, match='this node ends, and the twin has'):
-            twin.jobs.load(SERVO)
+            twin.jobs.twin.load(SERVO)
 
     threads = [Thread(target=retrained, daemon=True)]
     threads[0].start()

@@ -45,9 +45,10 @@ from . import identify_parameters
 from . import message_conversion as conversion
 from .change_watch import ChangeWatch, GATHERED
 from .identify_parameters import value
-from .jobs_node import Jobs, SERVICES
+from .jobs_node import Jobs
 from .message_conversion import OK, WARN
 from .short_memory import SAID, Shortage
+from .twin_servo import SERVICES
 
 REPORT_EVERY = 1.0  # s
 TOPICS = {**twin_conversion.TOPICS, 'twin/residual': Residual, 'twin/estimate': Estimate,

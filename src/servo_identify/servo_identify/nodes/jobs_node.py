@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import json
 from pathlib import Path
 from threading import Event, Lock, Thread
 import time
+from typing import Any, TypeAlias
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException
 from rclpy.node import Node
-from std_srvs.srv import Trigger
 
 from servo_twin.bag import write_recording
 from servo_twin.commands.terminal import new_folder
@@ -23,17 +23,15 @@ from servo_twin.description.home_path import at_home
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes.spinning import named
 from servo_twin_msgs.action import Diagnose, Retrain
-from servo_twin_msgs.srv import LoadServo
 
 from ..jobs.live.job_process import Job
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
 from .short_memory import is_shortage, SAID, Shortage, WAIT
+from .twin_servo import LOOK_EVERY, TwinServo
 
-SERVICES = {'twin/load_servo': LoadServo, 'identify/go_back': Trigger,
-            'identify/load_augmented': Trigger}
-LOOK_EVERY = 0.1  # s between two looks at a job
-_LOADING = 60.0  # s that the twin may take to compile and load
+Feedback: TypeAlias = Retrain.Feedback | Diagnose.Feedback
+Said: TypeAlias = Mapping[str, Any]
 _RUNS = 'refused: a job is running; cancel it or wait'
 
 
@@ -41,9 +39,8 @@ class Jobs(Node):
     """
     Retraining and diagnosis as actions, and the judgement of a trial.
 
-    Actions `retrain` and `diagnose`, services `identify/go_back` and `identify/load_augmented`.
-    One job at a time; each is a process, so that samples are never late and a cancel ends it at
-    once.
+    Actions `retrain` and `diagnose`; ``twin`` gives the twin what they make. One job at a time;
+    each is a process, so that samples are never late and a cancel ends it at once.
     """
 
     def __init__(self, rig: Node, ring: Ring, models: Models, folder: Path,
@@ -54,15 +51,9 @@ class Jobs(Node):
         self._ring, self._folder = ring, folder
         # what somebody asked for waits while a trial is judged, and is refused beside another
         self._asked, self._busy, self._closing = Lock(), Lock(), Event()
-        self._loads = Lock()
         self._number = 0
-        self._augmented: Path | None = None
         group = ReentrantCallbackGroup()
-        self._twin = self.create_client(LoadServo, 'twin/load_servo', callback_group=group)
-        self.create_service(Trigger, 'identify/go_back', shortage.guarded(self._go_back),
-                            callback_group=group)
-        self.create_service(Trigger, 'identify/load_augmented',
-                            shortage.guarded(self._load_augmented), callback_group=group)
+        self.twin = TwinServo(self, group, models, ring, self._closing, shortage)
         shared = {'goal_callback': self._take, 'cancel_callback': lambda _: CancelResponse.ACCEPT,
                   'callback_group': group}
         self._actions = [
@@ -133,26 +124,14 @@ class Jobs(Node):
                     'servo': str(self._running(folder)), 'learn': list(goal.learn),
                     'bags': self._bags(goal.bags, folder), 'output': str(output)}))
                 with self._job('servo_identify.jobs.live.retrain_job', str(spec)) as job:
-                    while job.status is None:
-                        self._heed(handle, job, goal.budget)
-                        for said in job.reports():
-                            feedback.stage = said.get('stage', feedback.stage)
-                            feedback.progress = said.get('progress', feedback.progress)
-                            feedback.loss = said.get('loss', feedback.loss)
-                            result.loss_before = said.get('loss_before', result.loss_before)
-                            result.loss_after = said.get('loss_after', result.loss_after)
+                    for said in self._reports(handle, job, feedback, goal.budget):
+                        _heard(said, feedback, 'stage', 'progress', 'loss')
+                        _heard(said, result, 'loss_before', 'loss_after')
                         feedback.time_left = _left(job.seconds, feedback.progress, goal.budget)
-                        handle.publish_feedback(feedback)
-                        time.sleep(LOOK_EVERY)
-                    for said in job.reports():
-                        result.loss_before = said.get('loss_before', result.loss_before)
-                        result.loss_after = said.get('loss_after', result.loss_after)
-                    if job.status:
-                        raise ValueError(job.last_words())
                 result.servo_file = output.read_text()
                 result.message = f'retrained in {job.seconds:.1f} s: {output}'
                 if goal.load:
-                    result.message += '; ' + self.load(result.servo_file)
+                    result.message += '; ' + self.twin.load(result.servo_file)
                 result.success = True
         except (ValueError, OSError) as problem:
             result.message = str(problem)
@@ -174,17 +153,10 @@ class Jobs(Node):
                 words = [str(servo), str(output), *self._bags(goal.bags, folder)]
                 feedback = Diagnose.Feedback(stage='starting')
                 with self._job('servo_identify.jobs.live.diagnose_job', *words) as job:
-                    while job.status is None:
-                        self._heed(handle, job, 0.0)
-                        for said in job.reports():
-                            feedback.stage = said.get('stage', feedback.stage)
-                            feedback.progress = said.get('progress', feedback.progress)
-                        handle.publish_feedback(feedback)
-                        time.sleep(LOOK_EVERY)
-                    if job.status:
-                        raise ValueError(job.last_words())
+                    for said in self._reports(handle, job, feedback):
+                        _heard(said, feedback, 'stage', 'progress')
                 result.report = (output / 'report.json').read_text()
-                self._augmented = output / 'augmented.yaml'
+                self.twin.augmented = output / 'augmented.yaml'
                 result.message = json.loads(result.report)['verdict']['sentence']
                 result.success = True
         except (ValueError, KeyError, OSError) as problem:
@@ -193,25 +165,6 @@ class Jobs(Node):
             result.message = self._short(problem)
         _finish(handle, result.success)
         return result
-
-    # The twin's servo file.
-
-    def load(self, text: str) -> str:
-        """Have the twin run a servo file; raises ValueError with what it says against it."""
-        with self._giving():
-            answer = self._ask(text)
-            self.models.loaded(text, answer.previous, self._ring.next)
-        return answer.message
-
-    def return_to_previous(self, why: str) -> str:
-        """Have the twin run the file before; raises ValueError when it does not."""
-        with self._giving():
-            if not self.models.previous:
-                raise ValueError('there is no servo file to go back to: none was loaded from here')
-            back = self.models.previous
-            answer = self._ask(back)
-            self.models.returned(back, answer.previous, why)
-        return answer.message
 
     def judge(self, seconds: float) -> None:
         """Judge the file on trial by the last seconds, and go back when it is worse."""
@@ -235,7 +188,7 @@ class Jobs(Node):
                 raise ValueError('the twin runs something else by now')
             if self.models.judged(said[-1]['old'], said[-1]['new'], said[-1]['balances'],
                                   recording.duration):
-                self.return_to_previous(self.models.sentence)
+                self.twin.return_to_previous(self.models.sentence)
             self.get_logger().info(self.models.sentence)
         except (ValueError, OSError) as problem:
             self.models.given_up(str(problem))
@@ -244,58 +197,6 @@ class Jobs(Node):
             self.models.given_up(self._short(problem))
         finally:
             self._busy.release()
-
-    @contextmanager
-    def _giving(self) -> Iterator[None]:
-        """
-        Give the twin one file at a time; raises ValueError while another one is on its way.
-
-        Who waited would take the threads away by which the twin's answer comes.
-        """
-        if not self._loads.acquire(blocking=False):
-            raise ValueError('refused: the twin is just being given a servo file; wait for that')
-        try:
-            yield
-        finally:
-            self._loads.release()
-
-    def _ask(self, text: str) -> LoadServo.Response:
-        if not self._twin.wait_for_service(5.0):
-            raise ValueError('no twin runs here: its service twin/load_servo is not there')
-        answered = Event()
-        self.models.asks(text)
-        future = self._twin.call_async(LoadServo.Request(content=text))
-        future.add_done_callback(lambda _: answered.set())
-        until = time.monotonic() + _LOADING
-        while not (answered.wait(LOOK_EVERY) or self._closing.is_set()
-                   or time.monotonic() > until):
-            pass
-        if answered.is_set() and future.result().success:
-            return future.result()
-        self.models.asks('')
-        if not answered.is_set():
-            raise ValueError('this node ends, and the twin has not answered yet'
-                             if self._closing.is_set() else
-                             f'the twin did not answer within {_LOADING:g} s')
-        raise ValueError(f'the twin refused the servo file: {future.result().message}')
-
-    def _go_back(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.message = self.return_to_previous('it was asked for')
-            response.success = True
-        except ValueError as problem:
-            response.message = str(problem)
-        return response
-
-    def _load_augmented(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            if self._augmented is None:
-                raise ValueError('there is no augmented servo file: nothing was diagnosed yet')
-            response.message = self.load(self._augmented.read_text())
-            response.success = True
-        except (ValueError, OSError) as problem:
-            response.message = str(problem)
-        return response
 
     # What jobs are given.
 
@@ -306,6 +207,22 @@ class Jobs(Node):
             yield job
         finally:
             job.kill()
+
+    def _reports(self, handle: ServerGoalHandle, job: Job, feedback: Feedback,
+                 budget: float = 0.0) -> Iterator[Said]:
+        """
+        Yield what a job reports until it has ended, and an empty report between two looks.
+
+        The feedback is published at each look. Raises ValueError where the job fails or is to end.
+        """
+        while job.status is None:
+            self._heed(handle, job, budget)
+            yield from job.reports() or [{}]
+            handle.publish_feedback(feedback)
+            time.sleep(LOOK_EVERY)
+        yield from job.reports()
+        if job.status:
+            raise ValueError(job.last_words())
 
     def _heed(self, handle: ServerGoalHandle, job: Job, budget: float) -> None:
         """Raise ValueError when a job is to end before its time."""
@@ -346,6 +263,13 @@ def _at(path: str) -> Path:
     if not path:
         raise ValueError("'' is no path: one of the bags is empty")
     return at_home(path)
+
+
+def _heard(said: Said, message: Feedback | Retrain.Result, *names: str) -> None:
+    """Take over the fields of a message that a job has reported."""
+    for name in names:
+        if name in said:
+            setattr(message, name, said[name])
 
 
 def _left(seconds: float, progress: float, budget: float) -> float:
