@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -67,5 +68,6 @@ def sag(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis | None]:
         settling = best_shape(*times, beside(builder.apart(at_once.table[:, 0]), lambda time: (
             builder.apart(through(builder, lambda one: lost(one, time)[:, 1:]).table[:, 0]))),
             builder.apart(residual))
-        yield builder.hypothesis(mechanism, through(builder, lambda one: lost(one, settling)),
+        slow = replace(mechanism, memory=True)
+        yield builder.hypothesis(slow, through(builder, lambda one: lost(one, settling)),
                                  [1, 1], (settling, *parts.values()), tried=SHAPES)
