@@ -133,13 +133,14 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
                            with_others(drawn, one, now, effects.placed))))
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     if name == 'stiffness_error':
-        searched = [one.detail.get(name) for name in ('relaxation', 'stiffness')]
+        relaxes = one.detail.get('relaxation')
         if servo.mechanism not in (Rigid, TwoInertia) or (
-                servo.mechanism is TwoInertia and searched[0] is None):
+                servo.mechanism is TwoInertia and relaxes is None):
             return Added(part)
+        searched = relaxes, 0.0 if relaxes is None else one.knots[0]
         values, step = sprung(servo, part, *searched)
         stds = stds_of(part, lambda drawn: sprung(servo, drawn, *searched)[0])
-        if searched[0] is not None:  # by one shaft it is told as badly as when a row was read
+        if relaxes is not None:  # by one shaft it is told as badly as when a row was read
             stds['mechanism.damping'] = np.inf
         return Added(part, (), values, tuple(values), law=True, mechanism=TwoInertia, step=step,
                      stds=stds)

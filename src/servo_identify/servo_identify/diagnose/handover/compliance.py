@@ -18,7 +18,7 @@ Compliance = tuple[dict[str, Value], float]
 
 
 def sprung(servo: Servo, part: Part, relaxation: float | None = None,
-           stiffness: float | None = None) -> Compliance:
+           stiffness: float = 0.0) -> Compliance:
     r"""
     Return the compliance of a part that lets the transmission twist.
 
@@ -26,7 +26,7 @@ def sprung(servo: Servo, part: Part, relaxation: float | None = None,
 
     ``relaxation`` is the time
     :math:`\tau`, s, where it is not the second amplitude over the first; ``stiffness`` that which
-    was searched, in place of one by the amplitude.
+    was searched; 0: it is the one of the amplitude.
     """
     amplitudes = part.amplitudes
     if part.curve is not None:  # a curve over torque or acceleration: its slope, the compliance

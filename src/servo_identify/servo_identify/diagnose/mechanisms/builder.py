@@ -51,10 +51,10 @@ class Builder:
         table = placed(self.samples, signal, of)
         return Columns(table if factor == 1.0 else factor * table, signal, of, factor)
 
-    def turned(self, other: Servo, factor: float) -> Columns:
+    def turned(self, other: Servo, factor: float, beside: bool = False) -> Columns:
         """Return what another elastic servo does by the shaft that is not measured."""
         signal, _ = self.samples.errors[0].turned(other)
-        return self.place(signal, lambda one: one.turned(other)[1][:, None], factor)
+        return self.place(signal, lambda one: one.turned(other, beside)[1][:, None], factor)
 
     def apart(self, x: np.ndarray) -> np.ndarray:
         """Return what no value within tolerance, zero or instant does of (samples, ...)."""

@@ -59,7 +59,7 @@ def loose_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         if servo.mechanism.compliant:
             return builder.turned(servo.with_effects(
                 Placed(GAP, find('backlash'), 'mesh'),
-                values={f'effects.{GAP}.width': width}), 1.0 / width)
+                values={f'effects.{GAP}.width': width}), 1.0 / width, beside=True)
         if by_motor:
             return builder.place('load_torque', lambda one: _missing(one, width)[:, None] / width)
         return builder.place('motor_torque', lambda one: (

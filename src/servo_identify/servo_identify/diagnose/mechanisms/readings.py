@@ -49,8 +49,9 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
 
     def late(name: str, channel: str, excess: Series) -> Hypothesis | None:
         low, high = (share * builder.scales.period for share in LATE)
-        time = best_shape(low, high, lambda time: builder.place(
-            channel, partial(excess, time), -1.0).table[:, 0], residual, whole=True)
+        time = best_shape(low, high, lambda time: builder.apart(builder.place(
+            channel, partial(excess, time), -1.0).table[:, 0]), builder.apart(residual),
+            whole=True)
         return by_time(name, channel, partial(excess, time), time)
 
     def by_time(name: str, channel: str, excess: Series, time: float) -> Hypothesis | None:
@@ -89,8 +90,14 @@ def readings_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
 
 
 def _behind(behind: Behind, time: float, one: EquationErrors) -> np.ndarray:
-    """Return how much too much a current reads that comes behind what the motion asks for."""
+    """
+    Return how much too much a current reads that comes behind its truth.
+
+    That is what the drive makes of its command, or else what the motion asks for, which is smooth.
+    """
     asked = one.known_current
+    if 'drive' in one.equations:
+        asked = np.nan_to_num(one.drive_current(one.servo.theta))
     return (behind(asked, time, one.measured.period) - asked)[:, None]
 
 

@@ -23,10 +23,7 @@ def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
     ``shapes`` are tried first, so that none between two of them is passed over.
     """
     def gain(log: float) -> float:
-        one = column(float(np.exp(log)))
-        if whole:
-            return float(-2.0 * one @ residual - one @ one)
-        return float(taken(one[:, None], residual)[0])
+        return _gain(column(float(np.exp(log))), residual, whole)
 
     grid = np.linspace(np.log(low), np.log(high), shapes)
     best = int(np.argmax([gain(log) for log in grid]))
@@ -36,10 +33,11 @@ def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
 
 
 def best_shapes(bounds: Sequence[tuple[float, float]],
-                column: Callable[..., np.ndarray], residual: np.ndarray) -> tuple[float, ...]:
+                column: Callable[..., np.ndarray], residual: np.ndarray,
+                whole: bool = False) -> tuple[float, ...]:
     """Return the same of several numbers, each between its ``bounds``; ``column(*numbers)``."""
     def gain(logs: Sequence[float]) -> float:
-        return float(taken(column(*np.exp(logs))[:, None], residual)[0])
+        return _gain(column(*np.exp(logs)), residual, whole)
 
     edges = np.log(np.asarray(bounds))
     grids = [np.linspace(float(low), float(high), EACH) for low, high in edges]
@@ -49,6 +47,12 @@ def best_shapes(bounds: Sequence[tuple[float, float]],
     found = minimize(lambda logs: -gain(logs), best, method='Nelder-Mead', bounds=edges,
                      options={'maxfev': REFINED, 'xatol': FINE, 'initial_simplex': inside})
     return tuple(map(float, np.exp(found.x)))
+
+
+def _gain(column: np.ndarray, residual: np.ndarray, whole: bool) -> float:
+    if whole:
+        return float(-2.0 * column @ residual - column @ column)
+    return float(taken(column[:, None], residual)[0])
 
 
 def beside(known: np.ndarray, column: Callable[[float], np.ndarray]

@@ -14,20 +14,21 @@ paper 002 eq. 1 and 2, with the measured shaft led.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 from numba import njit
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, lfilter_zi
 
+from ..decisions import FORM
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .loose_shaft import rotor_of
 from .shape_search import best_shape, best_shapes, EACH
 
-Made = tuple[Columns, dict[str, Any]]
-"""Columns, and what was searched."""
+Made = tuple[Columns, float, float]
+"""The columns, the stiffness (0: by the amplitude), and damping over stiffness, s."""
 
 OTHER = 6.0  # times as stiff, or as soft, as the file has it
 SWINGS = 4  # within the longest recording: a slower load is not told from the motion
@@ -54,9 +55,11 @@ def unseen_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         made = _behind_motor if by_motor else _before_load
     if made is None:
         return None
-    columns, detail = made(builder, residual)
+    columns, stiffness, relaxation = made(builder, residual)
     mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load',), 'odd', memory=True)
-    return builder.hypothesis(mechanism, columns, [1], tried=EACH, detail=detail)
+    most = (1.0 + FORM) / stiffness if stiffness else np.inf  # what swings so does no more
+    return builder.hypothesis(mechanism, columns, [1], (stiffness,), room=(0.0, most),
+                              tried=EACH, detail={'relaxation': relaxation})
 
 
 def _other_spring(builder: Builder, residual: np.ndarray) -> Made:
@@ -70,11 +73,7 @@ def _other_spring(builder: Builder, residual: np.ndarray) -> Made:
             'mechanism.damping': 2.0 * damped * np.sqrt(stiffness * load)})
         return builder.turned(other, stiffness)
 
-    stiffness, damped = best_shapes(
-        ((known / OTHER, known * OTHER), DAMPED),
-        lambda *numbers: builder.apart(columns(*numbers).table[:, 0]), builder.apart(residual))
-    return columns(stiffness, damped), {
-        'stiffness': stiffness, 'relaxation': 2.0 * damped * np.sqrt(load / stiffness)}
+    return _best(builder, (known / OTHER, known * OTHER), columns, residual)
 
 
 def _behind_motor(builder: Builder, residual: np.ndarray) -> Made:
@@ -87,11 +86,18 @@ def _behind_motor(builder: Builder, residual: np.ndarray) -> Made:
 
     swings = [load * (2.0 * np.pi * rate) ** 2 for rate in (
         SWINGS / builder.scales.duration, FASTEST / period)]
+    return _best(builder, (swings[0], swings[1]), columns, residual)
+
+
+def _best(builder: Builder, bounds: tuple[float, float],
+          columns: Callable[[float, float], Columns], residual: np.ndarray) -> Made:
+    """Return what is made of the stiffness between ``bounds``, and damping, that do most."""
+    load = builder.samples.servo.numbers['mechanism.load_inertia']
     stiffness, damped = best_shapes(
-        ((swings[0], swings[1]), DAMPED),
-        lambda *numbers: builder.apart(columns(*numbers).table[:, 0]), builder.apart(residual))
-    return columns(stiffness, damped), {
-        'stiffness': stiffness, 'relaxation': 2.0 * damped * np.sqrt(load / stiffness)}
+        (bounds, DAMPED), lambda *numbers: builder.apart(
+            columns(*numbers).table[:, 0]) / numbers[0], builder.apart(residual), whole=True)
+    relaxation = 2.0 * damped * np.sqrt(load / stiffness)
+    return columns(stiffness, damped), stiffness, relaxation
 
 
 def _before_load(builder: Builder, residual: np.ndarray) -> Made:
@@ -106,7 +112,7 @@ def _before_load(builder: Builder, residual: np.ndarray) -> Made:
     relaxation = best_shape(
         RELAXES[0] * period, RELAXES[1] * period,
         lambda number: builder.apart(columns(number).table[:, 0]), builder.apart(residual))
-    return columns(relaxation), {'relaxation': relaxation}
+    return columns(relaxation), 0.0, relaxation
 
 
 def _period(builder: Builder) -> float:

@@ -68,18 +68,19 @@ class EquationErrors(AlongMotion):
             after = {name: values + swing.get(name, 0.0) for name, values in after.items()}
         return {name: (after[name] - before[name]) / step for name in after}
 
-    def turned(self, other: Servo) -> tuple[str, np.ndarray]:
+    def turned(self, other: Servo, beside: bool = False) -> tuple[str, np.ndarray]:
         """
         Return the signal of the angle that is not measured, and by how much it is another.
 
-        ``other`` is the elastic servo that turns it so, rad, (samples,), beside the torque on the
-        load that was found.
+        ``other`` is the elastic servo that turns it so, rad, (samples,), ``beside`` the torque on
+        the load that was found. A friction in that is of the motion of this servo.
         """
-        push = np.nan_to_num(self.full(self.known_beside_gap))
-        samples = 2 * self.measured.shafts.spacing
-        turned = twist_of(self.measured.recording, other, samples, push) - (
-            twist_of(self.measured.recording, self.servo, samples, push) if push.any()
-            else self.measured.twist)
+        samples, known = 2 * self.measured.shafts.spacing, self.measured.twist
+        push: np.ndarray | float = 0.0
+        if beside and self.known_beside_gap.any():
+            push = np.nan_to_num(self.full(self.known_beside_gap))
+            known = twist_of(self.measured.recording, self.servo, samples, push)
+        turned = twist_of(self.measured.recording, other, samples, push) - known
         if 'motor_position' in self.measured.channels:
             return 'load_position', -turned
         return 'motor_position', turned * self.servo.numbers['mechanism.ratio']
