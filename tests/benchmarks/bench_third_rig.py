@@ -5,7 +5,8 @@ The diagnosis on the third rig, which was written from the literature alone.
 
 Draws cases from SEED, makes the recordings of each and asks what its servo file lacks. An effect
 is right by its name; where the servo file has the law already, a value of it is the same.
-Prints a line for each case and what they come to, by kind; with --case those alone, in full.
+Prints a line for each case and what they come to, by kind; with --case those alone, in full. A
+rig that runs away in one of its motions is no case.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import zlib
 
 import numpy as np
 
+from servo_studies.third_rig.bench_run import Diverged
 from servo_studies.third_rig.fault_case import Case
 from servo_studies.third_rig.fault_cases import cases, KINDS
 
@@ -29,12 +31,16 @@ def diagnosed(case: Case) -> tuple[str, list[str]]:
     from servo_twin.recording.recording import Recording
 
     servo = servo_file.loads(case.servo)
+    try:
+        made = case.recordings
+    except Diverged as problem:  # it copes with the motion by which its severity was found
+        return 'no case', [str(problem)]
     recordings = [Recording(
         one.name, one.period, {n: np.ascontiguousarray(c) for n, c in one.columns.items()
                                  if n != 't'},
         family=one.family, replicate=one.replicate, servo=servo.name,
         digest=f'{zlib.crc32(f"{case.name} {one.name}".encode()):064x}')
-        for one in case.recordings]
+        for one in made]
     try:
         report = diagnose(recordings, servo).report
     except CannotDiagnose as problem:

@@ -1,5 +1,6 @@
 """Bags of any length in Python and for play: what a process holds does not grow with them."""
 
+from dataclasses import dataclass
 from math import pi
 from pathlib import Path
 import re
@@ -107,6 +108,13 @@ def test_arrays_on_disk_are_those_in_memory(bags):
         np.testing.assert_array_equal(one[name], column)
 
 
+@dataclass(frozen=True)
+class Nothing:
+    """What a fit that is left out returns."""
+
+    warnings: tuple[str, ...] = ()
+
+
 def test_of_a_long_recording_the_same_parts_are_fitted_and_diagnosed(bags, monkeypatch):
     data, taken = read(bags[0], SERVO), []
 
@@ -116,8 +124,12 @@ def test_of_a_long_recording_the_same_parts_are_fitted_and_diagnosed(bags, monke
     monkeypatch.setattr(module, 'diagnose', diagnosed)
     monkeypatch.setattr(calls, 'Answer', lambda found, machine: None)
     monkeypatch.setattr(calls, 'Fitted', lambda found, machine: None)
-    monkeypatch.setattr(calls, 'fit_output_error',
-                        lambda servo, several, names, **how: taken.append(several))
+
+    def fitted(servo, several, names, **how):
+        taken.append(several)
+        return Nothing()
+
+    monkeypatch.setattr(calls, 'fit_output_error', fitted)
     calls.diagnose(data, SERVO, accept=data)
     calls.fit(data, SERVO, ['effects.encoder_coulomb.level'])
     parts = [(one.sequence, len(one)) for one in taken[0]]

@@ -46,6 +46,7 @@ def recorded(seed, seconds=14.0):
         'current': read + NOISE * rng.standard_normal(rows)}, 'steps')
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_it_is_the_reading_that_comes_late_and_nothing_else():
     several = [recorded(seed) for seed in (1, 2, 3)]

@@ -108,6 +108,7 @@ def named(shaft, file):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('shaft', COUNTS)
 def test_a_rigid_file_is_given_the_spring(shaft):
