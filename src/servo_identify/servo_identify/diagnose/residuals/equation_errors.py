@@ -57,6 +57,12 @@ class EquationErrors(AlongMotion):
         Values of the drive scale the current, which is the force that the other terms explain.
         Their slope is taken at the current (and command) that the motion asks for by the file.
         """
+        key = 'slope', path, step
+        if key not in self._projected:  # a value that varies asks for it time and again
+            self._projected[key] = self._slope(path, step)
+        return self._projected[key]
+
+    def _slope(self, path: str, step: float) -> dict[str, np.ndarray]:
         moved = self.servo.theta.copy()
         moved[self.slots[path].start] += step
         if path.startswith('drive.'):
@@ -75,15 +81,21 @@ class EquationErrors(AlongMotion):
         ``other`` is the elastic servo that turns it so, rad, (samples,), ``beside`` the torque on
         the load that was found. A friction in that is of the motion of this servo.
         """
-        samples, known = 2 * self.measured.shafts.spacing, self.measured.twist
-        push: np.ndarray | float = 0.0
-        if beside and self.known_beside_gap.any():
-            push = np.nan_to_num(self.full(self.known_beside_gap))
-            known = twist_of(self.measured.recording, self.servo, samples, push)
-        turned = twist_of(self.measured.recording, other, samples, push) - known
+        found = beside and self.known_beside_gap.any()
+        known = self._beside if found else (0.0, self.measured.twist)
+        turned = self._twisted(other, known[0]) - known[1]
         if 'motor_position' in self.measured.channels:
             return 'load_position', -turned
         return 'motor_position', turned * self.servo.numbers['mechanism.ratio']
+
+    @cached_property
+    def _beside(self) -> tuple[np.ndarray, np.ndarray]:
+        """Torque on the load that was found, and the torsion of this servo under it."""
+        push = np.nan_to_num(self.full(self.known_beside_gap))
+        return push, self._twisted(self.servo, push)
+
+    def _twisted(self, servo: Servo, push: np.ndarray | float) -> np.ndarray:
+        return twist_of(self.measured.recording, servo, 2 * self.measured.shafts.spacing, push)
 
     def _drive_slope(self, path: str, moved: np.ndarray, step: float) -> dict[str, np.ndarray]:
         answer = {}
