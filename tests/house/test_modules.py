@@ -8,7 +8,6 @@ MOST = 250  # lines
 
 LONGER = {
     'servo_identify/diagnose/handover/laws.py': 'one curve, as law, harmonics or spline',
-    'servo_identify/diagnose/residuals/equation_errors.py': 'one class: equations of a recording',
     'servo_identify/experiment/performer_node.py': 'one node: a run, its guard and its rest',
     'servo_identify/fit/output_error.py': 'one fit from start to standard deviations',
     'servo_identify/nodes/jobs_node.py': 'one node: its actions share lock and folder',

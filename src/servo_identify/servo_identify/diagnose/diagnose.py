@@ -26,7 +26,6 @@ from .decisions import EVEN
 from .diagnosis import Diagnosis
 from .handed import begun, Handed, handed_in, selecting
 from .handover.cut import Cut
-from .handover.shortened import judging
 from .handover.simulated_gap import Diverged, Simulated, simulated
 from .handover.trial import content
 from .mechanisms.every_hypothesis import check_without
@@ -141,7 +140,7 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
     Where the new file cannot run without an effect, or at all, the file as given stands for it.
     """
     handover, report = handed.handover, list(handed.begun.parts.report)
-    cut, judged = Cut(), judging(handed.begun.accept, servo.step)
+    cut, trial = Cut(), handed.begun.file.trial
     given = simulated(servo, report, cut)
     patch = _run(handover.patch, report, cut) if handover.added else given
     same = content(handover.refit) == content(handover.patch)
@@ -155,9 +154,10 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
         rest = handover.without(one)
         known = rest is servo
         dropped[id(one.part)] = (None if known else _run(rest, report, cut)) or given
-        before, first = None if known else _run(rest, judged, cut), handover.gaps['given']
-        accepted[id(one.part)] = ((before.gap if before else first).total()
-                                  - handover.gaps['patch'].total()) / (first.total() or 1.0)
+        first = handover.gaps['given']
+        before = (None if known else trial.gap(rest)) or first
+        accepted[id(one.part)] = (before.total() - handover.gaps['patch'].total()) / (
+            first.total() or 1.0)
     by_part = {id(one.part): one for one in handover.added}
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in handed.findings]
     return Evidence(servo, handed.begun.parts, handed.found, tuple(findings), several, handover,

@@ -32,12 +32,11 @@ class Begun:
     """
     What answers that read the command alike have in common: recordings as they acted, the file.
 
-    ``fitting`` and ``accept`` are the recordings of the refit, and those that judge it.
+    ``fitting`` are the recordings of the refit.
     """
 
     parts: Split
     fitting: tuple[Recording, ...]
-    accept: tuple[Recording, ...]
     file: GivenFile
 
 
@@ -51,7 +50,7 @@ def begun(servo: Servo, parts: Split, accepting: bool, late: float) -> Begun:
     chosen = selecting(parts, accepting)
     accept = list(parts.accept) or chosen
     fitting = [one for one in chosen if all(one is not other for other in accept)] or chosen
-    return Begun(parts, tuple(fitting), tuple(accept), given_file(servo, fitting, accept))
+    return Begun(parts, tuple(fitting), given_file(servo, fitting, accept))
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,12 @@ UNITS = {'drive': 'A', 'motor': 'N m', 'transmission': 'rad', 'load': 'N m', 'to
 ROTATING = ('rotor', 'coupling', 'screw')  # inertias that turn with the motor
 
 
+
+def rotor_inertia(values: Mapping[str, float]) -> float:
+    """Return the inertia of all that turns with the motor, kg m2 at the motor; values by path."""
+    return sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
+
+
 @dataclass(frozen=True)
 class Term:
     """``factor`` times the ``order``-th time derivative of ``signal``."""
@@ -62,7 +68,7 @@ def equation_terms(values: Mapping[str, float], measured: Collection[str],
     """
     constant = values['drive.torque_constant']
     lever = values['mechanism.ratio'] * values.get('mechanism.efficiency', 1.0)
-    rotor = sum(values.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
+    rotor = rotor_inertia(values)
     inertia = values['mechanism.load_inertia']
     angles = sum(name in measured for name in ('motor_position', 'load_position'))
     terms: dict[str, tuple[Term, ...]] = {}

@@ -134,8 +134,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
     stiffness = servo.numbers.get('mechanism.stiffness', np.inf)
     if name == 'stiffness_error':
         relaxes = one.detail.get('relaxation')
-        if servo.mechanism not in (Rigid, TwoInertia) or (
-                servo.mechanism is TwoInertia and relaxes is None):
+        if servo.mechanism not in ((Rigid,) if relaxes is None else (Rigid, TwoInertia)):
             return Added(part)
         searched = relaxes, 0.0 if relaxes is None else one.knots[0]
         values, step = sprung(servo, part, *searched)

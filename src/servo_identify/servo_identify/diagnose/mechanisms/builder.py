@@ -145,6 +145,11 @@ class Builder:
         """
         return one.predicted_current if self.explained else one.driving_current
 
+    @property
+    def by_motor(self) -> bool:
+        """Whether the motor's angle is measured: of one encoder, whether it is the motor's."""
+        return all('motor_position' in one.measured.channels for one in self.samples.errors)
+
     def turns(self, angle: str) -> bool:
         """Whether a shaft turns; ``angle`` is one of it. What moves straight has no orders."""
         return angle == 'motor_angle' or not self.samples.servo.linear

@@ -26,9 +26,9 @@ from __future__ import annotations
 from numba import njit
 import numpy as np
 
-from servo_twin.balances.equation_terms import ROTATING
+from servo_twin.balances.equation_terms import rotor_inertia
 from servo_twin.physics.catalogue import find
-from servo_twin.physics.servo import Placed, Servo
+from servo_twin.physics.servo import Placed
 
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
@@ -50,8 +50,8 @@ def loose_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     a fit knows better.
     """
     stroke, servo = builder.scales.stroke('load_angle'), builder.samples.servo
-    by_motor = all('motor_position' in one.measured.channels for one in builder.samples.errors)
-    unseen = servo.numbers['mechanism.load_inertia'] if by_motor else rotor_of(servo)
+    unseen = servo.numbers['mechanism.load_inertia'] if builder.by_motor else rotor_inertia(
+        servo.numbers)
     if not min(stroke, unseen) > 0.0 or builder.known('clearance'):
         return None
 
@@ -60,7 +60,7 @@ def loose_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
             return builder.turned(servo.with_effects(
                 Placed(GAP, find('backlash'), 'mesh'),
                 values={f'effects.{GAP}.width': width}), 1.0 / width, beside=True)
-        if by_motor:
+        if builder.by_motor:
             return builder.place('load_torque', lambda one: _missing(one, width)[:, None] / width)
         return builder.place('motor_torque', lambda one: (
             _run_free(one, width)[:, None] / width / servo.numbers['mechanism.ratio']))
@@ -84,20 +84,27 @@ def loose_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         detail={} if servo.mechanism.compliant else {'contact': CONTACT / spacing})
 
 
-def rotor_of(servo: Servo) -> float:
-    """Return the inertia of all that turns with the motor, kg m2 at the motor."""
-    return sum(servo.numbers.get(f'mechanism.{part}_inertia', 0.0) for part in ROTATING)
+def along_load(one: EquationErrors
+               ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return angle and speed of a load that turns with the motor, and what pushes and resists it.
 
-
-def _missing(one: EquationErrors, width: float) -> np.ndarray:
-    """Return the torque that the load would ask of the motor without a gap, less that with it."""
-    motion, of_file, values = one.motion, one.of_file, one.servo.numbers
+    At the inner samples, rad, rad/s and N m; nothing pushes where nothing is known.
+    """
+    motion, of_file = one.motion, one.of_file
     angle, speed, push, resists = (np.nan_to_num(series) for series in (
         motion['load_angle'], motion['load_speed'],
         of_file['load_push'] - motion['external'] + one.known_beside_gap,
         np.abs(of_file['load_resistance'])))
-    inertias = values['mechanism.load_inertia'], rotor_of(one.servo) * values['mechanism.ratio']**2
-    return _lost(angle, speed, push, resists, inertias, width, one.measured.period)
+    return angle, speed, push, resists
+
+
+def _missing(one: EquationErrors, width: float) -> np.ndarray:
+    """Return the torque that the load would ask of the motor without a gap, less that with it."""
+    values = one.servo.numbers
+    inertias = values['mechanism.load_inertia'], (
+        rotor_inertia(values) * values['mechanism.ratio']**2)
+    return _lost(*along_load(one), inertias, width, one.measured.period)
 
 
 @njit(cache=True, nogil=True)
@@ -132,7 +139,7 @@ def _run_free(one: EquationErrors, width: float) -> np.ndarray:
     """Return the torque that turns the motor alone, N m at the load, with the sign reversed."""
     motion, of_file, values = one.motion, one.of_file, one.servo.numbers
     ratio = values['mechanism.ratio']
-    rotor = rotor_of(one.servo) * ratio**2
+    rotor = rotor_inertia(values) * ratio**2
     current = motion['current'] if 'current' in one.measured.channels else one.inner(
         one.drive_current(one.servo.theta))
     driven = ratio * (values['drive.torque_constant'] * current

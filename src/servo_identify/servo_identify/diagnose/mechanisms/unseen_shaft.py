@@ -20,11 +20,13 @@ from numba import njit
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, lfilter_zi
 
+from servo_twin.balances.equation_terms import rotor_inertia
+
 from ..decisions import FORM
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
-from .loose_shaft import rotor_of
+from .loose_shaft import along_load
 from .shape_search import best_shape, best_shapes, EACH
 
 Made = tuple[Columns, float, float]
@@ -46,13 +48,13 @@ def unseen_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     amplitude is the compliance, as for two encoders.
     """
     servo = builder.samples.servo
-    if not min(rotor_of(servo), servo.numbers['mechanism.load_inertia']) > 0.0:
+    values = servo.numbers
+    if not min(rotor_inertia(values), values['mechanism.load_inertia']) > 0.0:
         return None
-    by_motor = all('motor_position' in one.measured.channels for one in builder.samples.errors)
     if servo.mechanism.compliant:
         made = _other_spring if servo.mechanism.correctable else None
     else:
-        made = _behind_motor if by_motor else _before_load
+        made = _behind_motor if builder.by_motor else _before_load
     if made is None:
         return None
     columns, stiffness, relaxation = made(builder, residual)
@@ -102,8 +104,8 @@ def _best(builder: Builder, bounds: tuple[float, float],
 
 def _before_load(builder: Builder, residual: np.ndarray) -> Made:
     """Return what the motor does of its own before the load's encoder, by its compliance."""
-    servo, period = builder.samples.servo, _period(builder)
-    inertia = rotor_of(servo) * servo.numbers['mechanism.ratio']  # for the load's angle
+    values, period = builder.samples.servo.numbers, _period(builder)
+    inertia = rotor_inertia(values) * values['mechanism.ratio']  # for the load's angle
 
     def columns(relaxation: float) -> Columns:
         return builder.place('motor_torque', lambda one: (
@@ -125,11 +127,7 @@ def _behind(one: EquationErrors, spring: tuple[float, float, float]) -> np.ndarr
 
     ``spring`` is its inertia, and the stiffness and damping of the transmission.
     """
-    motion, of_file, period = one.motion, one.of_file, one.measured.period
-    angle, speed, push, resists = (np.nan_to_num(series) for series in (
-        motion['load_angle'], motion['load_speed'],
-        of_file['load_push'] - motion['external'] + one.known_beside_gap,
-        np.abs(of_file['load_resistance'])))
+    period, (angle, speed, push, resists) = one.measured.period, along_load(one)
     rigid = spring[0] * np.gradient(speed, period) - push + np.sign(speed) * resists
     steps = max(1, int(np.ceil(np.sqrt(spring[1] / spring[0]) * period / STEP)))
     return rigid - _transmitted(angle, speed, push, resists, float(rigid[0]), spring, period,
