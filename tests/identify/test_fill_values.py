@@ -38,3 +38,12 @@ def test_init_takes_no_such_number_for_the_round_of_a_counter(tmp_path, capsys):
     np.full(9, np.nan), np.r_[np.linspace(0.0, 1.0, 99), 5.0]])
 def test_what_ends_at_a_limit_or_steps_once_is_none(values):
     assert fill_value_of(values) is None
+
+
+def test_a_current_before_its_first_step_is_measured():
+    ripple = 1.6 + 0.05 * np.sin(np.arange(100))
+    for rows in (np.r_[0.002, ripple], np.r_[ripple, 0.002, 0.002]):
+        assert fill_value_of(rows, steps=True) is None
+        assert fill_value_of(rows) is not None  # an angle does not step
+    assert fill_value_of(np.r_[ripple, 0.002, ripple], steps=True) == (0.002, 1)
+    assert fill_value_of(np.r_[-9999.0, ripple], steps=True) == (-9999.0, 1)

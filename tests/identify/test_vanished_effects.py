@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from servo_identify.diagnose.handover.added import Added, servo_with
-from servo_identify.diagnose.handover.trial import Tried, vanished
+from servo_identify.diagnose.handover.trial import Tried
+from servo_identify.diagnose.handover.unwanted import vanished
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed

@@ -17,8 +17,13 @@ FEW = 0.05  # share of the rows
 _LEAST = 20  # other numbers, by which the range is known
 
 
-def fill_value_of(values: np.ndarray) -> tuple[float, int] | None:
-    """Return the number that stands for none, and in how many rows; None where there is none."""
+def fill_value_of(values: np.ndarray, steps: bool = False) -> tuple[float, int] | None:
+    """
+    Return the number that stands for none, and in how many rows; None where there is none.
+
+    ``steps``: the channel may step, as a current does and an angle does not. Less of it before the
+    first step, or after the last, is measured.
+    """
     known = values[np.isfinite(values)]
     for end in (np.min, np.max) if len(known) else ():
         held = float(end(known))
@@ -27,9 +32,17 @@ def fill_value_of(values: np.ndarray) -> tuple[float, int] | None:
         if len(rest) < _LEAST or count > FEW * len(known):
             continue
         span = float(np.ptp(rest))
+        if steps and _at_an_end(known == held) and abs(held) < np.abs(rest).min():
+            continue
         if span > 0.0 and float(np.abs(rest - held).min()) > FAR * span:
             return held, count
     return None
+
+
+def _at_an_end(rows: np.ndarray) -> bool:
+    """Tell whether marked rows are the first ones, or the last."""
+    count = int(rows.sum())
+    return bool(rows[:count].all() or rows[len(rows) - count:].all())
 
 
 def without(values: np.ndarray, fill: tuple[float, int] | None) -> np.ndarray:

@@ -74,7 +74,7 @@ def survey(one: Long, servo: Servo) -> Survey:
     limit = limit_of(servo)
     for part in parts_of(one):
         parts += 1
-        none = {name: fill_value_of(part[name]) for name in _SENSED}
+        none = {name: fill_value_of(part[name], name not in ANGLES) for name in _SENSED}
         for name, fill in none.items():
             if fill:
                 fills[name] = fill[0], fill[1] + fills.get(name, (0.0, 0))[1]

@@ -80,10 +80,10 @@ def diagnose(recordings: Sequence[Recording], servo: Servo, accepting: Sequence[
     following = next_experiment(evidence, reach or {})
     stages.end()
     report = replace(
-        report_of(evidence, following, [*warnings, *handed.handover.warnings], stages.seconds),
+        report_of(evidence, following, [*warnings, *evidence.handover.warnings], stages.seconds),
         findings=tuple(asdict(one) for one in findings),
         defaults=tuple(asdict(one) for one in defaults(servo)))
-    augmented = servo if evidence.worse else handed.handover.patch
+    augmented = servo if evidence.worse else evidence.handover.patch
     return Diagnosis(report, augmented, evidence.refit, evidence)
 
 
@@ -138,11 +138,17 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
     Run the twins over the report recordings, each missing effect taken out once.
 
     Where the new file cannot run without an effect, or at all, the file as given stands for it.
+    Where the effects do worse than that file, the same effects with the other values moved within
+    tolerance are tried.
     """
     handover, report = handed.handover, list(handed.begun.parts.report)
     cut, trial = Cut(), handed.begun.file.trial
     given = simulated(servo, report, cut)
     patch = _run(handover.patch, report, cut) if handover.added else given
+    if handover.otherwise is not None and not _no_worse(patch, given):
+        beside = _run(handover.otherwise.patch, report, cut)
+        if handover.otherwise.helps and _no_worse(beside, given):
+            handover, patch = handover.otherwise, beside
     same = content(handover.refit) == content(handover.patch)
     refit = patch if same else _run(handover.refit, report, cut)
     handover = replace(handover, helps=handover.helps and patch is not None,
@@ -162,6 +168,10 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
     findings = [replace(f, added=by_part.get(id(f.part), f.added)) for f in handed.findings]
     return Evidence(servo, handed.begun.parts, handed.found, tuple(findings), several, handover,
                     reported, dropped, accepted, handed.doubtful)
+
+
+def _no_worse(one: Simulated | None, given: Simulated) -> bool:
+    return one is not None and one.gap.total() <= given.gap.total()
 
 
 def _run(servo: Servo, recordings: Sequence[Recording], cut: Cut) -> Simulated | None:

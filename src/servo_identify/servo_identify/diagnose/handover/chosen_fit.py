@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
@@ -15,7 +15,8 @@ from .given_file import GivenFile
 from .handover import Handover
 from .held_values import surer, waves_held
 from .simulated_gap import refitted
-from .trial import alike, built, everywhere, left_out, Trial, Tried, vanished
+from .trial import alike, built, everywhere, left_out, Trial, Tried
+from .unwanted import unwanted
 
 
 def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Recording],
@@ -41,7 +42,7 @@ def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Rec
     starts += [] if file.within is None else [file.moved]
     tick(0.3)
     several = [waves_held(one, trial, starts) for one in several]
-    joint, chosen, added, base, helps = None, None, tuple(several), servo, False
+    joint, added, files = None, tuple(several), []
     while added:
         if built(servo, added) is None:
             added = ()
@@ -54,35 +55,59 @@ def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Rec
         if alone is not None:
             alone, joint = _lawful(starts, alone, joint, tolerated, trial)
         moved = _with_others(alone, joint, tolerated, trial)
-        best, helps = _standing(alone, moved, file.given, file.beside, trial)
-        if best is None:
+        files = _standing(alone, moved, file, trial)
+        if not files:
             added = ()
             break
-        unwanted = _unwanted(best, moved, servo, several, trial)
-        if unwanted is None:
-            added, chosen, base = best.added, best.estimate, best.base
+        best = files[0].tried
+        refused = unwanted(best, moved, servo, several, trial)
+        if refused is None:
             break
-        number, why = unwanted
+        number, why = refused
         warnings.append(f'{best.added[number].part.mechanism.label} is not taken: {why}')
         added = left_out(best.added, number)
-    joint = joint if added else None
-    added = (*added, *outside)
-    others = [p for p in tolerated if base.values[p] != servo.values[p]]
-    if others:
-        warnings.append(f'moved within tolerance in the new file: {", ".join(others)}; without '
-                        'that, what is added brings the simulation nearer in some recordings only')
-    scale, patch = torque_scale(servo, fitting, added), servo_with(base, added)
-    stds = {} if chosen is None else spread(several, chosen, scale)
-    held = {path for one in added for path in one.held}  # what was searched has none of its own
+    if not added:
+        joint, files = None, [_Standing(file.given, helps=True)]
+    handover = None
+    for one in reversed(files):
+        handover = _handover(one, file, several, outside, joint, fitting, warnings, handover)
+    assert handover is not None
+    return handover
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """Effects in a file, and whether they help on the accept recordings."""
+
+    tried: Tried
+    helps: bool
+
+
+def _handover(one: _Standing, file: GivenFile, begun: Sequence[Added], outside: Sequence[Added],
+              joint: Estimate | None, fitting: Sequence[Recording], warnings: Sequence[str],
+              otherwise: Handover | None) -> Handover:
+    """
+    Return what is handed over of effects in a file; ``otherwise`` stands in where it does worse.
+
+    ``begun`` are the effects as the equations have them, ``outside`` those of no simulation.
+    """
+    tried, servo, trial = one.tried, file.servo, file.trial
+    added = (*tried.added, *outside)
+    scale, patch = torque_scale(servo, fitting, added), servo_with(tried.base, added)
+    stds = {} if tried.estimate is None else spread(begun, tried.estimate, scale)
+    held = {path for each in added for path in each.held}  # what was searched has none of its own
     stds = {name: std for name, std in stds.items() if name.partition('[')[0] not in held}
     stds |= held_spread(added, patch, scale)
-    patch = signed(patch, stds, chosen.bags if chosen is not None else ())
-    refit = joint.servo if joint is not None else file.moved
-    given = file.given.gap
+    patch = signed(patch, stds, () if tried.estimate is None else tried.estimate.bags)
+    refit, given = file.moved if joint is None else joint.servo, file.given.gap
     gaps = {'given': given, 'patch': trial.gap(patch) or given,
             'refit': trial.gap(refit) or given}
-    return Handover(servo, base, added, patch, refit, file.moved, joint,
-                    helps or added == tuple(outside), gaps, tuple(warnings), stds)
+    moved = [path for path in file.tolerated if tried.base.values[path] != servo.values[path]]
+    said = [] if not moved else [
+        f'moved within tolerance in the new file: {", ".join(moved)}; without that, what is '
+        'added brings the simulation nearer in some recordings only']
+    return Handover(servo, tried.base, added, patch, refit, file.moved, joint, one.helps, gaps,
+                    (*warnings, *said), stds, otherwise)
 
 
 def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequence[str],
@@ -158,67 +183,27 @@ def _with_others(alone: Tried | None, joint: Estimate | None, tolerated: Sequenc
     return trial.of(base, _at_values(alone.added, joint.servo), joint)
 
 
-def _standing(alone: Tried | None, moved: Tried | None, given: Tried, beside: Tried,
-              trial: Trial) -> tuple[Tried | None, bool]:
+def _standing(alone: Tried | None, moved: Tried | None, file: GivenFile, trial: Trial
+              ) -> list[_Standing]:
     """
-    Return the effects as they are best handed over, and whether they help.
+    Return the effects as they are best handed over, and what stands in where that does worse.
 
     In the file as given (``alone``) where that is enough, else with the others ``moved``; against
-    the file as ``given``, or with these moved without any effect (``beside``).
+    the file as given, or with these moved without any effect.
     """
     if alone is None:
-        return None, False
-    if moved and moved.total < alone.total and not everywhere(given, alone):
-        bare = trial.of(moved.base)
-        return moved, moved.total < beside.total or alike(beside, moved) or (
-            bare is not None and alike(bare, moved))
-    return alone, _helps(given, alone)
+        return []
+    helps = _helps(file.given, alone)
+    if moved is None or moved.total >= alone.total:
+        return [_Standing(alone, helps)]
+    bare = trial.of(moved.base)
+    beside = _Standing(moved, moved.total < file.beside.total or alike(file.beside, moved) or (
+        bare is not None and alike(bare, moved)))
+    return [_Standing(alone, helps), beside] if everywhere(file.given, alone) else [beside]
 
 
 def _helps(before: Tried, after: Tried) -> bool:
     return after.total < before.total or alike(before, after)
-
-
-def _unwanted(best: Tried, moved: Tried | None, servo: Servo, begun: Sequence[Added],
-              trial: Trial) -> tuple[int, str] | None:
-    """Return which effect is not taken and why, if one is not; ``begun`` as the equations have."""
-    for number, why in (
-            (_tolerated(best, servo),
-             'its value lies within the tolerance of the servo file'),
-            (vanished(best, begun), 'the simulation leaves nothing of it')):
-        if number is not None:
-            return number, why
-    number = _needless(best, moved, trial)
-    return None if number is None else (number, (
-        'without it the simulation is as near to the rig on the accept recordings'))
-
-
-def _tolerated(best: Tried, servo: Servo) -> int | None:
-    """Return which effect only moves values within their tolerance, if one does."""
-    for number, one in enumerate(best.added):
-        spans = [(servo.tolerance.get(path), value) for path, value in one.values.items()]
-        if all(span is not None and isinstance(value, float) and span[0] <= value <= span[1]
-               for span, value in spans):
-            return number
-    return None
-
-
-def _needless(best: Tried, moved: Tried | None, trial: Trial) -> int | None:
-    """
-    Return which effect to remove: that with the least evidence, where there is none.
-
-    The evidence of the equations and that of the simulation add up. What one effect does in a
-    simulation shows where nothing else is off: in the nearer of two files. Where all drifts it
-    shows little, and the equations decide.
-    """
-    at = moved if moved is not None and moved.total < best.total else best
-    rests = []
-    for number in range(len(at.added)):
-        rest = trial.of(at.base, left_out(at.added, number))
-        if rest is not None:
-            rests.append((at.added[number].evidence + rest.gap.evidence(at.gap), number))
-    evidence, number = min(rests, default=(1.0, 0))
-    return number if evidence <= 0.0 else None
 
 
 def _moved(servo: Servo, paths: Sequence[str], added: Sequence[Added], to: Servo) -> Servo:

@@ -25,7 +25,8 @@ class Handover:
     the estimate behind ``refit``, ``helps`` whether what is added brings the simulation nearer on
     the accept recordings, ``gaps`` the errors there by name;
     ``warnings`` what is to be said; ``chosen`` the standard deviations of the values in ``patch``
-    by name, where a fit gave them.
+    by name, where a fit gave them; ``otherwise`` the same effects with the other values moved too,
+    for where what stands here does worse than the file as given.
     """
 
     servo: Servo
@@ -39,6 +40,7 @@ class Handover:
     gaps: Mapping[str, Gap]
     warnings: tuple[str, ...]
     chosen: Mapping[str, float] = field(default_factory=dict)
+    otherwise: Handover | None = None
 
     def without(self, one: Added) -> Servo:
         """Return the patch without one of its effects, its base where others need it."""

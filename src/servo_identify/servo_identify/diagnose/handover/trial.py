@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from operator import or_
 
 import numpy as np
 
-from servo_twin.physics.servo import Servo, ServoError, Value
+from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL, WORTH
 from .added import Added, servo_with
-from .certainty import spread
 from .cut import Cut
 from .gap import Gap, shrink_interval
 from .simulated_gap import Diverged, simulated
@@ -117,57 +115,6 @@ def _nearer(before: Gap | None, after: Gap | None) -> bool:
         return False
     several = [np.flatnonzero(before.recording == n) for n in np.unique(before.recording)]
     return all(after.total(blocks) <= before.total(blocks) for blocks in several)
-
-
-def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
-    """
-    Return which effect a fit leaves nothing of, or a value of the file that it leaves, if one.
-
-    ``begun`` are the effects as the equations have them. Nothing is a share of that, or of the
-    value, that matters to nobody, or what is within one standard deviation and does nothing. A
-    level beside one that fades is unsure, and the simulation may need it all the same.
-    """
-    were = {id(one.part): one.values for one in begun}
-    for number, one in enumerate(best.added):
-        if one.placed:
-            known: dict[str, Value] = {
-                f'effects.{placed.name}.{name}': placed.effect.parameters[name].off or 0.0
-                for placed in one.placed for name in placed.effect.amplitudes()}
-            scale = were.get(id(one.part), {})
-        else:
-            known = scale = {path: best.base.values[path] for path in one.values
-                             if path in best.base.values}
-        now = [np.atleast_1d(np.abs(np.subtract(one.values.get(path, off), off)))
-               for path, off in known.items()]
-        least = [np.abs(scale.get(path, 0.0)) for path in known]
-        sure = [_std(best.estimate, one, begun, path) if len(size) == 1 else 0.0
-                for path, size in zip(known, now, strict=True)]  # a curve's make up for each other
-        small = [np.max(size) <= PRACTICAL * np.max(most)
-                 for size, most in zip(now, least, strict=True)]
-        unsure = [np.max(size) <= std for size, std in zip(now, sure, strict=True)]
-        if now and (all(small) or (
-                all(map(or_, small, unsure)) and _does_nothing(best, number))):
-            return number
-    return None
-
-
-def _does_nothing(best: Tried, number: int) -> bool:
-    """Tell whether a simulation without one of some effects is as near to the rig."""
-    rest = best.trial.of(best.base, left_out(best.added, number))
-    return rest is not None and (1.0 - WORTH) * rest.total <= best.total
-
-
-def _std(estimate: Estimate | None, one: Added, begun: Sequence[Added], path: str) -> float:
-    """
-    Return the standard deviation of a single value of an effect; 0.0 where it is not known.
-
-    It is that of the fit, at least half of what the equations (``begun``) say otherwise, or of the
-    equations where it is held at what these say.
-    """
-    known = one.stds
-    if estimate is not None and path in one.fitted:
-        known = spread([other for other in begun if other.part is one.part], estimate)
-    return known.get(path, known.get(f'{path}[0]', 0.0))
 
 
 def left_out(added: tuple[Added, ...], number: int) -> tuple[Added, ...]:

@@ -50,24 +50,24 @@ def _version() -> str:
 def _series(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     evidence, several = diagnosis.evidence, []
     split, reported = evidence.split, evidence.reported
-    given, patch = reported['given'].outputs, reported['patch'].outputs
+    given, handed = reported['given'].outputs, evidence.handed.outputs
     for k, one in enumerate(split.report):
-        several.append(_serie(evidence, one, 'report', given[k], patch[k]))
+        several.append(_serie(evidence, one, 'report', given[k], handed[k]))
     others = [(purpose, one) for purpose in ('accept', 'screen')
               for one in getattr(split, purpose)
               if all(one is not r for r in split.report)][:SHOWN]
     if others:
         recordings = [one for _, one in others]
         first = simulated(evidence.servo, recordings).outputs
-        second = simulated(evidence.handover.patch, recordings).outputs if (
-            evidence.handover.added) else first
+        second = simulated(diagnosis.augmented, recordings).outputs if (
+            _changed(evidence)) else first
         several += [_serie(evidence, one, purpose, a, b) for (purpose, one), a, b in zip(
             others, first, second, strict=True)]
     return several
 
 
 def _serie(evidence: Evidence, recording: Recording, purpose: str, given: dict[str, Any],
-           patch: dict[str, Any]) -> dict[str, Any]:
+           handed: dict[str, Any]) -> dict[str, Any]:
     step = max(1, -(-len(recording) // MOST))
     channels = {}
     for name, twin in given.items():
@@ -76,12 +76,17 @@ def _serie(evidence: Evidence, recording: Recording, purpose: str, given: dict[s
         one = {'unit': channel_unit(evidence.servo, name),
                'noise': float(evidence.servo.noise(name)), 'rig': _listed(recording[name], step),
                'as_given': _listed(twin, step)}
-        if evidence.handover.added:
-            one['augmented'] = _listed(patch[name], step)
+        if _changed(evidence):
+            one['augmented'] = _listed(handed[name], step)
         channels[name] = one
     return {'recording': recording.name, 'family': recording.family or '', 'purpose': purpose,
             't': _listed(np.arange(len(recording)) * recording.period, step),
             'channels': channels}
+
+
+def _changed(evidence: Evidence) -> bool:
+    """Tell whether the servo file that is handed over is another than that given."""
+    return bool(evidence.handover.added) and not evidence.worse
 
 
 def _listed(x: np.ndarray, step: int) -> list[Any]:
