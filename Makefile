@@ -28,7 +28,7 @@ demo: setup  ## leave an effect out of a twin, record, diagnose: the answer besi
 	@$(WITH_ENV) bash tools/demonstrate.sh
 
 test: training  ## run the tests but the long ones; WORKERS=2, ARGS=... goes to pytest
-	@$(WITH_ENV) $(PYTEST) tests -n $(WORKERS) --dist worksteal -m 'not long' $(ARGS)
+	@$(WITH_ENV) $(PYTEST) tests -n $(WORKERS) --dist worksteal -m 'not long' -o faulthandler_timeout=600 $(ARGS)
 
 test-long: training  ## run the tests that take ten seconds and more, and all drives; some twenty-five minutes
 	@$(WITH_ENV) $(PYTEST) tests -n 2 --dist worksteal -m long $(ARGS)
