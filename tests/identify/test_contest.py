@@ -82,11 +82,13 @@ def answer(spring, weight, rubs):
     return diagnose(several, servo_file.loads(text)).report.which[0]
 
 
+@pytest.mark.long
 def test_a_soft_spring_is_told_from_a_clearance_that_grows_with_the_load():
     first = answer(soft, weight=11.0, rubs=0.4)
     assert first.effect == 'nonlinear_stiffness' and first.confidence['mechanism'] > 0.7
 
 
+@pytest.mark.long
 def test_a_clearance_under_a_load_that_rubs_is_told_from_a_soft_spring():
     first = answer(loose, weight=0.0, rubs=2.0)
     assert first.effect == 'backlash' and first.confidence['mechanism'] > 0.5

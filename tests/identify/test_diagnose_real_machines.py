@@ -27,6 +27,7 @@ def without(servo, name):
     return servo.without_effects(lambda placed: placed.name == name)
 
 
+@pytest.mark.long
 def test_a_viscous_axis_lacks_coulomb_friction_and_then_asymmetry(shared_data):
     file, mapping = machine('emps')
     recording = import_table(shared_data / 'emps' / 'DATA_EMPS.mat', file, mapping=mapping)
@@ -40,6 +41,7 @@ def test_a_viscous_axis_lacks_coulomb_friction_and_then_asymmetry(shared_data):
     assert report.verdict['status'] == 'explained'
 
 
+@pytest.mark.long
 def test_a_coulomb_viscous_hobby_servo_lacks_load_dependent_friction(shared_data):
     file, mapping = machine('xl330')
 
@@ -64,6 +66,7 @@ def test_a_coulomb_viscous_hobby_servo_lacks_load_dependent_friction(shared_data
     assert all(one.confidence['mechanism'] < 0.5 for one in again.which)
 
 
+@pytest.mark.long
 def test_a_rigid_two_mass_bench_lacks_compliance_and_its_new_servo_file_runs(
         shared_data, tmp_path):
     file, mapping = machine('two_mass')

@@ -262,6 +262,7 @@ def test_an_error_of_many_numbers_is_found_over_the_turns_of_a_motor():
         ('transmission_error', 'mesh')}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_spring_that_hardens_from_the_stiffness_of_the_file_is_found():
     stiffness = SERVO.numbers['mechanism.stiffness']

@@ -53,6 +53,8 @@ def axis(seed, gap=0.0, error=0.0, order=9.0):
     return several
 
 
+@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize('text', [RIGID, ELASTIC], ids=['rigid', 'elastic'])
 def test_lost_motion_is_named_with_its_width_and_simulated(text):
     found = diagnose(axis(1, gap=4e-4), servo_file.loads(text))
@@ -65,6 +67,8 @@ def test_lost_motion_is_named_with_its_width_and_simulated(text):
     assert said.pop('transmission') == 'gap' and set(said.values()) == {'not observable'}
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_an_error_over_a_part_of_the_turn_is_found_beside_it():
     found = diagnose(axis(2, gap=4e-4, error=1e-4), servo_file.loads(RIGID))
     assert {one.effect for one in found.report.which} == {'backlash', 'transmission_error'}

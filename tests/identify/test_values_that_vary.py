@@ -80,6 +80,7 @@ def test_of_a_cold_and_a_warm_recording_friction_has_its_slope_over_the_temperat
     assert answer.report.gap['solved'] > 0.5
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_grease_that_thins_exponentially_has_its_law():
     """Six recordings at six temperatures: 60 N m at 20 degC, a third of it every 8 degC."""

@@ -143,6 +143,8 @@ def test_a_pan_that_carries_nothing_is_refused():
         run_pair(TILT, PAN, 'voltage', np.zeros(3), 'voltage', np.zeros(3))
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_a_servo_whose_other_axis_stands_still_has_the_inertia_of_that_angle():
     u = inputs_of({'voltage': np.full(200, 6.0), 'coupled_position': np.full(200, 0.8),
                    **{name: np.full(200, np.nan) for name in (

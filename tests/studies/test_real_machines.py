@@ -38,6 +38,7 @@ def test_xl330_is_predicted_better_with_friction_that_grows_with_load(shared_dat
     assert unseen['load_dependent']['all'] < 0.06 < 0.1 < unseen['coulomb_viscous']['all']
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_two_masses_resonate_where_the_frequency_response_says(shared_data):
     figures = two_mass.figures(shared_data)

@@ -53,6 +53,8 @@ def test_it_rings_at_the_frequency_of_two_inertias_on_a_spring():
     assert found == pytest.approx(np.sqrt(400.0 * (1 / 0.01 + 1 / 0.03)) / 2 / np.pi, rel=2e-3)
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_a_winding_turns_as_fast_as_its_volts_and_friction_say():
     plant = FREE._replace(ratio=5.0, damping=3.0, torque_constant=0.05, resistance=2.0,
                           inductance=1e-3, back_emf=0.05, rotor_inertia=1e-5, load_inertia=1e-3,
