@@ -28,10 +28,16 @@ def closed(evidence: Evidence, balance: str) -> float:
 
 def closed_all(evidence: Evidence) -> bool:
     """Tell whether no equation is certainly off still, or each by a small part of what it was."""
+    return not still_off(evidence)
+
+
+def still_off(evidence: Evidence) -> list[str]:
+    """Return the equations that are certainly off still, by no small part of what they were."""
     search = evidence.found.search
     before, after = _off(evidence)
-    quiet = search.power(evidence.found.explanation.smallest) <= search.open_from
-    return bool(np.all(quiet | (after <= (1.0 - SOLVED) * before)))
+    off = search.power(evidence.found.explanation.smallest) > search.open_from
+    return [EQUATIONS[e] for e, one in zip(
+        search.regression.equations, off & (after > (1.0 - SOLVED) * before), strict=True) if one]
 
 
 def _off(evidence: Evidence) -> tuple[np.ndarray, np.ndarray]:

@@ -29,6 +29,9 @@ UNHELD = ('friction', 'sensor')
 WORDS = {'load': 'torque of the load', 'angle': 'angle of the shaft'}
 """Variables of a pattern that a reader may take for something else."""
 
+TORQUES = ('motor', 'load', 'torque')
+"""Balances of torques."""
+
 NOTHING: Mapping[str, float] = {}
 
 VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque constant',
@@ -37,14 +40,15 @@ VALUES = {'stiffness_error': 'stiffness', 'torque_constant_error': 'torque const
 
 
 def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dict[str, Any],
-             unknown: dict[str, Any], late: str = '', hidden: Mapping[str, float] = NOTHING
-             ) -> str:
+             unknown: dict[str, Any], late: str = '', hidden: Mapping[str, float] = NOTHING,
+             rest: Mapping[str, Mapping[str, Any]] | None = None) -> str:
     """
     Return the verdict in a few sentences: place, effect, size, confidence, what remains.
 
     ``late`` says that the command acts after its row; without any gap that is part of the answer.
     So is ``hidden``: what equations leave, in the noise that the readings show, within what the
-    servo file says of its sensors.
+    servo file says of its sensors. ``rest`` is what is left of equations that are still off; see
+    left_over.left_over.
     """
     place = PLACES.get(balance, balance)
     if status == 'no_gap':
@@ -69,7 +73,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
             several = [spoken(one['effect']) for one in unknown['nearest']]
             text += (f' {listed(several).capitalize()} would come nearest, but no nearer than '
                      'chance does on so few data.')
-        return text
+        return text + _left(rest, balance, unknown)
     # what shows most in a balance may act at another place
     if not all(balance in SHOWS.get(one.site, (balance,)) for one in which):
         place = 'twin'
@@ -126,7 +130,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         if gone <= 0 and refitted - gap['solved'] > WORTH:
             text += (' With other values moved within their tolerances as well, '
                      f'{round(100.0 * refitted)} % is removed (--refit).')
-        elif refitted >= SOLVED > gap['solved']:
+        elif refitted >= SOLVED > gap['solved'] and not rest:
             text += (f' Much of the other {left} is within the tolerances of the servo file: '
                      f'where its values move too, {round(100.0 * refitted)} % is removed '
                      '(--refit).')
@@ -135,6 +139,7 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
             if refitted - gap['solved'] > WORTH:
                 text += (f' Moving other values within their tolerances as well would remove '
                          f'{round(100.0 * refitted)} % (--refit).')
+    text += _left(rest, balance, unknown)
     within = gap.get('within_solved', 0.0)
     if len(apart) < len(which) and within > WORTH + max(
             gap['solved'], gap.get('refitted_solved', 0.0)):
@@ -148,6 +153,23 @@ def _pattern(unknown: dict[str, Any]) -> str:
     over = ' and '.join(WORDS.get(one, one) for one in unknown['depends_on'])
     return (f'depends on the {over} and is {unknown["parity"]} in the direction of motion.'
             + (f' Its size is {unknown["size"]}.' if unknown.get('size') else ''))
+
+
+def _left(rest: Mapping[str, Mapping[str, Any]] | None, balance: str,
+          unknown: dict[str, Any]) -> str:
+    """
+    Say what is left of the equations that are still off, where no pattern was found in it.
+
+    Where the ``balance`` at fault is one of them, the others follow from it.
+    """
+    if not rest or unknown.get('depends_on'):
+        return ''
+    rest = {balance: rest[balance]} if balance in rest else rest
+    several = [f'{one["rms"]:.2g} {one["unit"]} of the {PLACES.get(name, name)}, changing within '
+               f'{one["seconds"]:.2g} s' for name, one in rest.items()]
+    text = f' What is left follows nothing that was recorded: {listed(several)}.'
+    return text + (' A torque from outside does that, as wind or a hand.' if any(
+        name in TORQUES for name in rest) else '')
 
 
 def _of_controller(one: MissingEffect) -> str:

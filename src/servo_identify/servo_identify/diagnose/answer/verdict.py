@@ -15,6 +15,7 @@ from ..mechanisms.hypothesis import UNKNOWN
 from ..selection.choice import Fitted
 from .closed_equations import acting, closed, closed_all
 from .evidence import Evidence, named_in
+from .left_over import left_over
 from .missing_effect import drawn_curve, missing_effect
 from .report import GapReport, Located, MissingEffect
 from .row_instants import told_late
@@ -37,11 +38,12 @@ def report_of(evidence: Evidence, following: dict[str, Any], warnings: list[str]
     unknown = _unknown(evidence, located, balance)
     status = _status(evidence, which, gap, squares)
     late = told_late(evidence.found)
+    rest = left_over(evidence) if status in ('unknown', 'partly_explained') else {}
     verdict = {'status': status, 'effects': [one.effect for one in which], 'balance': balance,
                'sentence': sentence(status, which, balance, gap, unknown, late, {
                    one.balance: one.gap_to_noise for one in located
-                   if one.verdict != 'gap' and one.gap_to_noise > OPEN}),
-               'remains': _remains(evidence, gap, status)}
+                   if one.verdict != 'gap' and one.gap_to_noise > OPEN}, rest),
+               'remains': _remains(evidence, gap, status), 'left_over': rest}
     split = evidence.split
     channels = _channels(evidence)
     return GapReport(

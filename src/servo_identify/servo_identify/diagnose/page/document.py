@@ -12,10 +12,10 @@ from servo_twin.balances.equation_terms import EQUATIONS, UNITS
 from servo_twin.recording.recording import Recording
 
 from ..answer.evidence import Evidence, Finding
+from ..answer.left_over import residuals
 from ..answer.shown_units import channel_unit
 from ..diagnosis import Diagnosis
 from ..handover.simulated_gap import simulated
-from ..mechanisms.hypothesis import Columns
 
 MOST = 4000  # samples of a series
 SHOWN = 6  # recordings of a page beside those of the report
@@ -96,18 +96,8 @@ def _listed(x: np.ndarray, step: int) -> list[Any]:
 def _equations(evidence: Evidence) -> list[dict[str, Any]]:
     """Return the residuals of the equations before and after, in their units."""
     samples, found = evidence.found.samples, evidence.found
-    fit, nothing = found.explanation.smallest, found.search.nothing
-    tables = [Columns(samples.base[:, None]), Columns(found.nuisance.columns),
-              *(one.columns for one in found.hypotheses)]
-    sizes = np.cumsum([0, *(table.size for table in tables)])
-    left = {}
-    for name, one in (('before', nothing), ('after', fit)):
-        total = np.zeros(len(samples.base))
-        for k, table in enumerate(tables):
-            inside = np.flatnonzero((one.columns >= sizes[k]) & (one.columns < sizes[k + 1]))
-            if len(inside):
-                total += table.whole()[:, one.columns[inside] - sizes[k]] @ one.values[inside]
-        left[name] = total * samples.scale
+    left = {name: residuals(evidence, one) for name, one in (
+        ('before', found.search.nothing), ('after', found.explanation.smallest))}
     several = []
     for number, errors in enumerate(samples.errors):
         for name in EQUATIONS:
