@@ -18,6 +18,7 @@ from .stray_lines import rows_alone
 from .text_encoding import last_line
 
 _NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
+EMPTY = ' \t\r\n\0'
 _SHOWN = 200  # letters of a line that a message shows
 
 
@@ -53,7 +54,7 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> Text:
     alone = None
 
     def judge(row: Any) -> str:
-        if not row.text.strip():  # blanks alone
+        if not row.text.strip(EMPTY):  # blanks alone, or what a logger had not filled yet
             return 'skip'
         ends = not cut and row.text.strip() == last_line(path, layout.encoding).strip()
         cut.append(row.text)
