@@ -16,6 +16,7 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from .current_factor import current_findings
 from .finding import Finding
 from .likelihood import Closed, closed
 from .looked_over import LookedOver, SURE
@@ -80,6 +81,7 @@ def scale_findings(over: LookedOver) -> list[Finding]:
         return [*apart, *every]
     return [*apart, *reference_findings(over.off), *sum(over.astray.values(), []),
             *inertia_findings(over.recordings, over.shown, servo),
+            *current_findings(over.shown, servo, SURE),
             *ratio_findings([at for _, at in over.usable], servo, SURE),
             *drift_findings(over.families, servo, SURE),
             *winding_findings(over.families, servo, SURE)]
