@@ -27,12 +27,14 @@ def test_has_umlauts_of_windows_where_no_unit_tells_the_letters(tmp_path):
     assert read_csv(path).table.column_names == ['Zeit', 'Größe', 'Übersetzung']
 
 
-@pytest.mark.parametrize('ends', [b'\0' * 4096, b'\0', b'\0\0\r\n'])
+@pytest.mark.parametrize('ends', [b'\0' * 4096, b'\0', b'\0\0\r\n', bytes(300_000)])
 def test_ends_before_what_a_logger_had_not_filled_yet(ends, tmp_path):
     path = tmp_path / 'run.csv'
     path.write_bytes(f't;angle;current\r\n{ROWS}'.encode() + ends)
     text = read_csv(path)
     assert text.table.num_rows == 200 and not text.told
+    path.write_bytes(f't;angle;current\r\n{ROWS.strip()}'.encode() + ends)  # without a line end
+    assert np.array_equal(read_csv(path).table['current'], np.arange(200)**2)
     path.write_bytes(b't;angle\r\n1;\0\r\n2;3\r\n')
     with pytest.raises(ValueError, match='bytes that are no letters'):
         read_csv(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 import re
 
@@ -29,7 +30,7 @@ def text_of(path: Path) -> tuple[str, str]:
         raise ValueError(f'{path} is no table of text: it holds bytes that are no letters; export '
                          'it as CSV')
     else:
-        encoding = 'utf-8-sig'
+        encoding, begin = 'utf-8-sig', begin.rstrip(b'\0\r\n') if b'\0' in begin else begin
     try:
         return encoding, begin.decode(encoding)
     except UnicodeDecodeError as problem:
@@ -37,6 +38,15 @@ def text_of(path: Path) -> tuple[str, str]:
             encoding = letters_of(begin) or max(BY_BYTES, key=lambda one: _units(
                 begin.decode(one)))
         return encoding, begin.decode(encoding, 'ignore')
+
+
+def filled(path: Path) -> Path | BytesIO:
+    """Return a file, or what is in it before the zeros of rows that a logger never filled."""
+    with path.open('rb') as file:
+        file.seek(max(0, path.stat().st_size - 4))
+        if not file.read().rstrip(b'\r\n').endswith(b'\0'):
+            return path
+    return BytesIO(path.read_bytes().rstrip(b'\0\r\n') + b'\n')
 
 
 def _units(begin: str) -> int:
