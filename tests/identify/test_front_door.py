@@ -257,12 +257,14 @@ def test_a_fit_prints_its_values_and_gives_a_servo_file_with_comments(data, tmp_
         '#' in line for line in BENCH.text.splitlines()) > 0
 
 
-def test_a_fit_says_what_the_check_finds_red(data):
+def test_a_fit_stops_at_what_the_check_finds_red_or_goes_on_and_says_it(data):
     path = 'effects.coulomb.level'
     assert not any('To do' in one for one in si.fit(data[:1], BENCH, [path]).estimate.warnings)
     wrong = [replace(one, columns={**one.columns, 'load_position': -one['load_position']})
              for one in data[:1]]
-    first = si.fit(wrong, BENCH, [path]).estimate.warnings[0]
+    with pytest.raises(ValueError, match=r'(?s)runs against.*negate: true.*despite_check=True'):
+        si.fit(wrong, BENCH, [path])
+    first = si.fit(wrong, BENCH, [path], despite_check=True).estimate.warnings[0]
     assert 'runs against' in first and 'negate: true' in first
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 import json
 from pathlib import Path
 
+from bench_recording import bench_recording
 import numpy as np
 import pytest
 from synthetic_recordings import sampled
@@ -210,3 +211,18 @@ def test_the_command_leaves_nothing_when_it_fails(bag, tmp_path, capsys):
     assert status == 2
     assert "no parameter 'mechanism.mass'" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_stops_where_the_data_contradict_the_file_unless_despite_it(tmp_path, capsys):
+    whole = bench_recording(2.0)
+    bag, found = tmp_path / 'swings', tmp_path / 'found.yaml'
+    write_recording(bag, replace(whole, columns={**whole.columns, 'load_position': -whole[
+        'load_position']}))
+    words = ['fit', str(bag), '--servo', 'config/servos/rv_bench.yaml', '-o', str(found),
+             '--free', 'effects.coulomb.level', '--no-delays']
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert 'load_position runs against the rest' in said and '--despite-check' in said
+    assert not found.exists()
+    assert main([*words, '--despite-check']) == 0
+    assert 'warning: ' in capsys.readouterr().err and found.exists()

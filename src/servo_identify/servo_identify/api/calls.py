@@ -12,11 +12,11 @@ from servo_twin.description.shipped import servo_at
 from servo_twin.physics.servo import Servo, ServoError
 from servo_twin.recording.recording import Recording
 
+from ..data.contradictions import contradictions
 from ..data.long_bags import looked_at
 from ..data.mapping import read_mapping
 from ..data.reading import read_mapped
 from ..data.recording_check import check as check_data
-from ..data.recording_check import contradictions
 from ..data.rows_in_turn import check_turns
 from ..data.several_runs import long_enough, runs_of
 from ..data.split_stamps import with_whole_stamps
@@ -104,7 +104,7 @@ def check(data: Sequence[Recording], servo: Machine) -> Checked:
 
 
 def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
-        **how: Any) -> Fitted:
+        *, despite_check: bool = False, **how: Any) -> Fitted:
     """
     Fit parameters of a servo file to recordings, by output error.
 
@@ -112,8 +112,9 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
     values found are in the units of the servo file, each with one standard error.
     ``how`` are the options of :func:`servo_identify.fit.output_error.fit`: mode, horizon, bounds,
     channels, robust, weights. Of recordings of more than 300 000 samples some parts are fitted
-    (:mod:`.data.long_bags`). Raises ValueError for what cannot be fitted, TypeError for data that
-    were not read, a text in place of several names, and an option that there is not.
+    (:mod:`.data.long_bags`). Raises ValueError for what cannot be fitted, and for red findings of
+    :func:`check` unless ``despite_check``; TypeError for data that were not read, a text in place
+    of several names, and an option that there is not.
     """
     machine = _machine(servo)
     for word, value in (('free', free), *how.items()):
@@ -123,8 +124,8 @@ def fit(data: Sequence[Recording], servo: Machine, free: Sequence[str] = (),
     if not names:
         raise ServoError(f'{machine.name}: no parameter has a tolerance; name some as free')
     looked, = _looked_at(data)
+    wrong = contradictions(looked, machine.servo, despite_check)
     estimate = fit_output_error(machine.servo, looked, names, **{'delays': True, **how})
-    wrong = contradictions(looked, machine.servo)
     return Fitted(replace(estimate, warnings=(*wrong, *estimate.warnings)), machine)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_folder, tell, terminal
 
-from ..data.arguments import add_data, files, recordings_looked_at, stretch_of
+from ..data.arguments import add_data, DESPITE, files, recordings_looked_at, stretch_of
 from ..experiment.reach_limits import check_reach, REACH
 
 if TYPE_CHECKING:
@@ -37,8 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--report', nargs='+', default=[], metavar='BAG',
                         help='recordings on which the shrink is measured')
     parser.add_argument('-o', '--output', required=True, metavar='DIR')
-    parser.add_argument('--despite-check', action='store_true',
-                        help='go on where the check finds the data to contradict the servo file')
+    parser.add_argument('--despite-check', action='store_true', help=DESPITE)
     parser.add_argument('--effects', metavar='FOLDER',
                         help='folder of effect files of your own; their code is run')
     parser.add_argument('--without', nargs='+', default=[], metavar='EFFECT',

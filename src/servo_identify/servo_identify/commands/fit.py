@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 from servo_twin.commands.terminal import new_file, new_folder, say, tell, terminal
 
-from ..data.arguments import add_data, files, stretch_of
+from ..data.arguments import add_data, DESPITE, files, stretch_of
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help='let values leave the tolerance of the servo file')
     parser.add_argument('--robust', action='store_true', help="Huber's loss instead of squares")
     parser.add_argument('--report', type=Path, help='JSON file to write the whole estimate to')
+    parser.add_argument('--despite-check', action='store_true', help=DESPITE)
     many = parser.add_argument_group('many rigs, many bags')
     many.add_argument('--each', action='store_true', help='fit every bag by itself')
     many.add_argument('--jobs', type=Path, metavar='FILE', help='YAML file of fits')
@@ -76,7 +77,7 @@ def main(arguments: argparse.Namespace) -> int:
         tuple(arguments.free), arguments.learn, arguments.mode, arguments.horizon,
         arguments.weights, not arguments.no_delays, arguments.beyond_tolerance, arguments.robust,
         arguments.namespace, str(arguments.mapping) if arguments.mapping else None,
-        stretch_of(arguments))
+        stretch_of(arguments), arguments.despite_check)
     _complete(arguments)
     bags = tuple(files(arguments.bags))
     if arguments.jobs or arguments.each:

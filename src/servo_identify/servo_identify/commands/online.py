@@ -61,9 +61,9 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _followed(servo: Servo, recording: Long, arguments: argparse.Namespace) -> int:
-    from ..data.recording_check import contradictions
+    from ..data.contradictions import contradictions
 
-    wrong = contradictions([recording], servo)
+    wrong = contradictions([recording], servo, despite=True)
     for one in wrong:
         print(f'warning: {one}', file=sys.stderr)
     snapshots = followed(servo, recording, arguments.time_constant, arguments.every)

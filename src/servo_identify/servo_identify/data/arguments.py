@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .stretch import Stretch
 
 WHAT = 'bags, rosbag2 folders, MCAP files, tables, or patterns of them'
+DESPITE = 'go on where the check finds the data to contradict the servo file'
 
 
 def add_data(parser: argparse.ArgumentParser, nargs: str | None = '+', servo: bool = True) -> None:

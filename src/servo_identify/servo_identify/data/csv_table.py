@@ -15,9 +15,9 @@ from .csv_layout import Layout, layout_of, MARKS
 from .export_headers import is_stamp
 from .rows_in_time import timelines_of
 from .stray_lines import rows_alone
-from .text_encoding import last_line
+from .text_encoding import filled, last_line
 
-_NOTHING = ('-', '--', '---', 'None', '?')  # beside what Arrow knows, where nothing was measured
+_NOTHING = ('-', '--', '---', 'None', '?', '#NV')  # where nothing was measured, beside Arrow's
 _SHOWN = 200  # letters of a line that a message shows
 
 
@@ -62,7 +62,7 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> Text:
     options = _options(layout, columns)
     options['parse_options'].invalid_row_handler = judge
     try:
-        table = arrow.read_csv(_parted(path, layout) if layout.blanks else path, **options)
+        table = arrow.read_csv(_source(path, layout), **options)
         problem = ''
     except ArrowInvalid as error:
         table, problem = None, f'{path} is no table: {error}{_hint(layout)}'
@@ -108,7 +108,7 @@ def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[A
     options = _options(layout, columns)
     options['read_options'].block_size = block
     options['convert_options'].column_types = dict.fromkeys(columns, 'float64')
-    with arrow.open_csv(path, **options) as opened:
+    with arrow.open_csv(_source(path, layout), **options) as opened:
         for batch in opened:
             yield Table.from_batches([batch])
 
@@ -148,6 +148,12 @@ def _names(path: Path, layout: Layout, names: Sequence[str]) -> list[str]:
         raise ValueError(f'{path} has {len(own)} columns, and the mapping names {len(names)}: '
                          f'{list(names)}')
     return list(names if layout.bare or layout.remark and len(names) == len(own) else own)
+
+
+def _source(path: Path, layout: Layout) -> Path | BytesIO:
+    if layout.blanks:
+        return _parted(path, layout)
+    return path if layout.encoding.startswith(('utf-16', 'utf-32')) else filled(path)
 
 
 def _parted(path: Path, layout: Layout) -> BytesIO:

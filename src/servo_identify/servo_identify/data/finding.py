@@ -75,4 +75,5 @@ def listed(names: Sequence[str]) -> str:
 def refusal(red: Sequence[Finding]) -> str:
     """Return the sentence with which a command refuses data: all that is red, and the choice."""
     told = '\n  '.join(f'{one.sentence} {one.action[:1].upper()}{one.action[1:]}.' for one in red)
-    return f'the data contradict the servo file:\n  {told}\n--despite-check goes on all the same'
+    return (f'the data contradict the servo file:\n  {told}\n--despite-check (in Python '
+            'despite_check=True) goes on all the same')

@@ -11,7 +11,9 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from .astray import astray
 from .excitation import Excitation, excitation, WIDTHS
+from .finding import Finding
 from .shown_factor import Off, off_references
 from .shown_parting import parted, Parting
 from .signals import Signals, signals
@@ -51,6 +53,11 @@ class LookedOver:
     def off(self) -> list[Off]:
         """References that are off by a factor."""
         return off_references(self.usable, self.servo, SURE)
+
+    @cached_property
+    def astray(self) -> dict[str, list[Finding]]:
+        """What is to be said of references that the angle does not follow, by channel."""
+        return astray(self.usable, self.servo)
 
     @cached_property
     def families(self) -> dict[str, list[tuple[str, Signals]]]:

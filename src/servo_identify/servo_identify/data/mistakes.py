@@ -17,6 +17,7 @@ from .survey import limit_of
 
 MISTAKE = log(100.0)  # nats: one column in a hundred
 DEGREE, RPM = pi / 180.0, pi / 30.0
+EDGES = 4.0  # counts of a line of a quadrature encoder
 REFERENCES = ('reference_position', 'reference_velocity')
 FULL = {1.0: 'a duty', 100.0: 'a duty in %'}
 _LITTLE = 1e-6  # rad and rad/s: no command is at its limit for it
@@ -78,6 +79,8 @@ def mistakes(channels: Collection[str], servo: Servo) -> Iterator[Mistake]:
     groups = [[name] for name in angles] + ([angles] if len(angles) > 1 else [])
     for group in groups:
         yield from _angle(group, servo)
+    for name in angles:  # each encoder has lines of its own
+        yield from _edges(name)
     yield from _shafts(angles, ratio)
     yield from _references(channels, angles, servo)
     yield Mistake('the time is in milliseconds', 'give its unit in the header or the mapping: '
@@ -137,6 +140,13 @@ def _angle(group: list[str], servo: Servo) -> Iterator[Mistake]:
         yield _unit(sliding, 1e-6, 'um')
     yield _turned(group, f'{" and ".join(group)} '
                   + ('runs against the rest' if len(group) == 1 else 'have the other sign'))
+
+
+def _edges(name: str) -> Iterator[Mistake]:
+    for factor, told in ((1.0 / EDGES, 'counts read as lines'), (EDGES, 'lines read as counts')):
+        yield Mistake(f'{name}: {told} of a quadrature encoder, which has {EDGES:g} counts a line',
+                      f'give what one of its numbers is, as in the header {name} [1/4096 rev], or '
+                      f'multiply it in the mapping: scale: {factor:g}', {name: factor})
 
 
 def _shafts(angles: list[str], ratio: float) -> Iterator[Mistake]:

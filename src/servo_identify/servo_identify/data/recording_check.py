@@ -88,12 +88,6 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 
 
-def contradictions(recordings: Sequence[Long], servo: Servo) -> tuple[str, ...]:
-    """Return what is red of the check, with what to do: values fitted to that would be wrong."""
-    return tuple(f'{one.sentence} To do: {one.action}.' for one in check(recordings, servo)
-                 if one.level == 'red')
-
-
 def _of_one(one: Survey, servo: Servo) -> list[Finding]:
     if not one.samples:
         return [Finding('red', f'{one.name} holds no sample.', 'record again')]

@@ -16,6 +16,7 @@ import numpy as np
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from .current_factor import current_findings
 from .finding import Finding
 from .likelihood import Closed, closed
 from .looked_over import LookedOver, SURE
@@ -78,8 +79,9 @@ def scale_findings(over: LookedOver) -> list[Finding]:
             every += _findings(one.name, [at], evidence, others)
     if every:
         return [*apart, *every]
-    return [*apart, *reference_findings(over.off),
+    return [*apart, *reference_findings(over.off), *sum(over.astray.values(), []),
             *inertia_findings(over.recordings, over.shown, servo),
+            *current_findings(over.shown, servo, SURE),
             *ratio_findings([at for _, at in over.usable], servo, SURE),
             *drift_findings(over.families, servo, SURE),
             *winding_findings(over.families, servo, SURE)]
@@ -122,12 +124,13 @@ def untold(over: LookedOver) -> list[Finding]:
 
     No equation closes worse once such a mistake is undone: the channels are alike, or hardly move.
     A reference that the controller does not read raises no question, nor does one that is off by
-    a factor of its own, nor do two channels that are alike: exchanged they do no harm.
+    a factor of its own or that the angle does not follow. Two channels that are alike do no harm
+    where they are exchanged.
     """
     if not over.usable:
         return []
     servo, seen, evidence = over.servo, [at for _, at in over.usable], Evidence(over.servo)
-    unused = unread(servo) | {off.channel for off in over.off}
+    unused = unread(servo) | {off.channel for off in over.off} | over.astray.keys()
     alike = []
     for one in mistakes(set.intersection(*(set(at.plain) for at in seen)), servo):
         if one.touches <= unused or all(_same(one, at) for at in seen):

@@ -29,7 +29,7 @@ from .mistakes import MISTAKE, mistakes, REFERENCES, unread
 from .plausibility import FURTHEST
 from .rough_balances import SAME
 from .shown_ratio import FORM
-from .signals import bridged, Signals
+from .signals import ANGLES, bridged, Signals
 
 Seen = Sequence[tuple[Recording, Signals]]
 
@@ -89,12 +89,20 @@ def reference_findings(off: Sequence[Off]) -> list[Finding]:
 
 
 def unnamed(off: Sequence[Off], servo: Servo) -> bool:
-    """Tell whether two columns surely show a factor which is that of no mistake with a name."""
-    named = [(name, abs(factor)) for one in mistakes(REFERENCES, servo)
+    """
+    Tell whether a factor is surely shown which is that of no mistake with a name.
+
+    By two columns, or by the law of the controller, where the angle may be off instead.
+    """
+    named = [(name, abs(factor)) for one in mistakes((*ANGLES, *REFERENCES), servo)
              for name, factor in one.factors.items()]
-    return any(one.sure and one.beside != 1.0 and not any(
-        name == one.channel and abs(log(one.beside * factor)) < SAME / 3.0
-        for name, factor in named) for one in off)
+    return any(one.sure and (
+        one.by_law and not any(abs(log(one.factor * (
+            factor if name == one.channel else 1.0 / factor))) < SAME
+            for name, factor in named if name in (one.channel, *ANGLES))
+        or one.beside != 1.0 and not any(
+            name == one.channel and abs(log(one.beside * factor)) < SAME / 3.0
+            for name, factor in named)) for one in off)
 
 
 def _of_one(one: Recording, at: Signals, servo: Servo, sure: float) -> list[Off]:
@@ -138,14 +146,19 @@ def _doubt(followed: float) -> float:
 
 def _moved(at: Signals, servo: Servo) -> Mapping[str, tuple[float, float]]:
     """Return how far, and how fast, the angle goes of each reference; what that leaves of it."""
+    found = {name: shared_form(motion, at.plain[name])
+             for name, motion in motions(at, servo).items()
+             if name in at.plain and name not in at.silent}
+    return {name: told for name, told in found.items() if told[1] < 1.0}
+
+
+def motions(at: Signals, servo: Servo) -> dict[str, np.ndarray]:
+    """Return angle and speed at the load by the reference that each follows; {} without angle."""
     side = 'load_position' if 'load_position' in at.plain else 'motor_position'
     if side not in at.plain:
         return {}
     per = 1.0 if side == 'load_position' else 1.0 / servo.values['mechanism.ratio']
-    motion = dict(zip(REFERENCES, (at.plain[side], at.speed[side]), strict=True))
-    found = {name: _factor(per * motion[name], at.plain[name]) for name in REFERENCES
-             if name in at.plain and name not in at.silent}
-    return {name: told for name, told in found.items() if told[1] < 1.0}
+    return dict(zip(REFERENCES, (per * at.plain[side], per * at.speed[side]), strict=True))
 
 
 def _beside(one: Recording) -> tuple[float, float]:
@@ -153,10 +166,10 @@ def _beside(one: Recording) -> tuple[float, float]:
     if not all(one.has(name) for name in REFERENCES):
         return 1.0, 1.0
     place, speed = (bridged(one[name]) for name in REFERENCES)
-    return _factor(place, cumulative_trapezoid(speed, dx=one.period, initial=0.0))
+    return shared_form(place, cumulative_trapezoid(speed, dx=one.period, initial=0.0))
 
 
-def _factor(seen: np.ndarray, of: np.ndarray) -> tuple[float, float]:
+def shared_form(seen: np.ndarray, of: np.ndarray) -> tuple[float, float]:
     """Return the factor between two motions, and the share of squares that they differ by."""
     seen, of = seen - seen.mean(), of - of.mean()
     sizes = float(np.linalg.norm(seen)), float(np.linalg.norm(of))

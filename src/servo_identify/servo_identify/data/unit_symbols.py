@@ -94,7 +94,8 @@ _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
 """Symbols where turns are counted: 1 Hz is a turn each second, 1/min a turn each minute."""
 _NEVER_MEGA = ('g', 'm', 's', 'A', 'V', 'H', 'F', 'rad', 'deg', 'rpm')
 """Symbols whose M is a misspelled m: no servo has a megaampere."""
-_COUNTS = ('counts', 'count', 'cnt', 'cnts', 'ticks', 'tick', 'inc', 'incs', 'increments', 'lsb')
+_COUNTS = ('counts', 'count', 'cnt', 'cnts', 'ticks', 'tick', 'inc', 'incs', 'increments', 'lsb',
+           'pts', 'points', 'inkremente', 'impulse')
 LONGEST = 100
 """Characters of a unit: what is longer is text, and takes ever longer to be read as a unit."""
 _WHOLE = re.compile(r'\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![A-Za-z°])|[^\s·*./()^]+|\^|[·*]{1,2}|[/()]')

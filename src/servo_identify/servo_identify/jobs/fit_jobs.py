@@ -15,8 +15,8 @@ from servo_twin.description import servo_file
 from servo_twin.description.nearest_name import or_what
 from servo_twin.physics.servo import Servo
 
+from ..data.contradictions import contradictions
 from ..data.reading import read_looked_at
-from ..data.recording_check import contradictions
 from ..data.stretch import ALL, Stretch
 from ..fit.estimate import Estimate
 from ..fit.fit_choices import INPUT_OF, LEARNED, WEIGHTS
@@ -38,6 +38,7 @@ class Settings:
     namespace: str | None = None
     mapping: str | None = None
     stretch: Stretch = ALL
+    despite_check: bool = False
 
     def __post_init__(self) -> None:
         for name, choices in (('learn', LEARNED), ('mode', tuple(INPUT_OF)), ('weights', WEIGHTS)):
@@ -66,14 +67,19 @@ class Answer:
 
 
 def run(job: Job, progress: Callable[[Progress], None] | None = None) -> Answer:
-    """Read the files of a job, fit or learn. Raises ValueError for what cannot be fitted."""
+    """
+    Read the files of a job, fit or learn.
+
+    Raises ValueError for what cannot be fitted, and for red findings of the check of the data,
+    unless it goes on ``despite_check``.
+    """
     how, servo = job.settings, servo_file.load(job.servo)
     recordings = read_looked_at(job.bags, job.servo, how.mapping, how.namespace,
                                 stretch=how.stretch)
     for recording in recordings:
         for warning in recording.warnings:
             print(f'{recording.name}: {warning}', file=sys.stderr)
-    wrong = contradictions(recordings, servo)
+    wrong = contradictions(recordings, servo, how.despite_check)
     if how.learn != 'physical':
         from ..learn.learned_effects import learn
         learned, said = learn(how.learn, servo, recordings)
@@ -112,6 +118,7 @@ def read_jobs(path: Path, common: Mapping[str, Any] | None = None) -> dict[str, 
             bags: [bags/press_7/*]          # a pattern stands for all that it matches
             free: [mechanism.load_inertia]  # and other settings of this fit alone
             stretch: [600, 660]             # s of each bag; left out: all
+            despite_check: true             # fit also where the check finds something red
 
     ``common`` settings stand behind those of the file. Raises ValueError naming what is wrong.
     """
