@@ -37,8 +37,8 @@ def wait(condition):
 class Twin:
     """The jobs of an identify node, beside a twin that takes a servo file when it is ``let``."""
 
-    def __init__(self, folder):
-        rclpy.init()
+    def __init__(self, folder, *words):
+        rclpy.init(args=list(words))
         self.asked, self.let = [], Event()
         self.node = rclpy.create_node('identify', namespace='rig')
         group = ReentrantCallbackGroup()
@@ -92,6 +92,15 @@ def test_it_does_one_of_several_goals_that_come_at_once_and_refuses_the_others(t
     said = sorted(one.result().result.message for one in asked)
     assert said[0].startswith('/nowhere does not exist; give a bag')
     assert said[1:] == ['refused: a job is running; cancel it or wait'] * 5
+
+
+def test_it_offers_an_action_under_the_name_that_a_remap_gives_it(tmp_path):
+    one = Twin(tmp_path, '--ros-args', '-r', 'retrain:=learn')
+    try:
+        client = ActionClient(one.node, Retrain, '/rig/learn')
+        assert client.wait_for_server(60.0)
+    finally:
+        one.close()
 
 
 @pytest.mark.parametrize('budget', [float('nan'), -1.0])

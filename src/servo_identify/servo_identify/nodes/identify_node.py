@@ -28,7 +28,7 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.free_output import free_output
-from servo_twin.nodes.given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
+from servo_twin.nodes.given_parameters import cannot_start, judge_remaps, refuse_unknown, UNFIT
 from servo_twin.nodes.namesake import Namesake, PROCESS
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
@@ -45,7 +45,7 @@ from . import identify_parameters
 from . import message_conversion as conversion
 from .change_watch import ChangeWatch, GATHERED
 from .identify_parameters import value
-from .jobs_node import Jobs
+from .jobs_node import ACTIONS, Jobs
 from .message_conversion import OK, WARN
 from .short_memory import SAID, Shortage
 from .twin_servo import SERVICES
@@ -68,7 +68,7 @@ class IdentifyNode(Node):
         self.finished: Future = Future()  # another node of this name began before it
         identify_parameters.declare(self)
         refuse_unknown(self)
-        refuse_shared(self, TOPICS, {'identify/relearn': Trigger, **SERVICES})
+        judge_remaps(self, TOPICS, {'identify/relearn': Trigger, **SERVICES}, ACTIONS)
         text = servo_at(value(self, 'servo_file')).read_text()
         self.models = Models(text, value(self, 'margin'))
         self.ring = Ring(value(self, 'buffer'))

@@ -34,6 +34,7 @@ from .twin_servo import LOOK_EVERY, TwinServo
 
 Feedback: TypeAlias = Retrain.Feedback | Diagnose.Feedback
 Said: TypeAlias = Mapping[str, Any]
+ACTIONS = {'retrain': Retrain, 'diagnose': Diagnose}
 _RUNS = 'refused: a job is running; cancel it or wait'
 
 
@@ -58,9 +59,11 @@ class Jobs(Node):
         self.twin = TwinServo(self, group, models, ring, self._closing, shortage)
         shared = {'goal_callback': self._take, 'cancel_callback': lambda _: CancelResponse.ACCEPT,
                   'callback_group': group}
+        # ROS remaps topics and services; an action it leaves at its name
         self._actions = [
-            ActionServer(self, Retrain, 'retrain', self._retrain, **shared),
-            ActionServer(self, Diagnose, 'diagnose', self._diagnose, **shared)]
+            ActionServer(self, kind, self.resolve_service_name(name), answer, **shared)
+            for (name, kind), answer in zip(ACTIONS.items(), (self._retrain, self._diagnose),
+                                            strict=True)]
         self._executor = MultiThreadedExecutor(4)
         self._executor.add_node(self)
         self._thread = Thread(target=self._spin, daemon=True)
