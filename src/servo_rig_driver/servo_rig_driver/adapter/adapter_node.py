@@ -72,7 +72,7 @@ class Adapter(Node):
         self._outputs: list = []
         self._topics = RobotTopics(self, self.mapped.topics, self.mapped.leading, of.silence,
                                    self.health, self._take)
-        self._found = AdapterFindings(self.stream, self.health)
+        self._found = AdapterFindings(self.stream, self.health, self.resolve_topic_name)
         self._counted = 0.0
         self.finished: Future = Future()
         self._namesake = Namesake(self, self._give_way)
@@ -128,11 +128,11 @@ class Adapter(Node):
         if stream.period:
             facts['rate'] = f'{SECOND / stream.period:.6g} Hz'
         for topic, kind in self._topics.kinds.items():
-            usual = stream.usual_period(topic)
-            facts[topic] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
+            usual, name = stream.usual_period(topic), self.resolve_topic_name(topic)
+            facts[name] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
             offset = stream.clocks[topic].offset
             if offset:
-                facts[f'clock of {topic}'] = f'{-offset * 1e-9:+.6f} s against ours'
+                facts[f'clock of {name}'] = f'{-offset * 1e-9:+.6f} s against ours'
         return facts
 
 
