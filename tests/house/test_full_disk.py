@@ -1,13 +1,16 @@
 """On a disk that is full: a command ..."""
 
+from contextlib import suppress
 import os
 from pathlib import Path
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.fit.estimate import Estimate
 from servo_rig_driver.record.growing_bag import RecordingFile
 from servo_twin.cli import main as twin
 from servo_twin.description.whole_file import write_whole
@@ -58,6 +61,38 @@ def test_leaves_a_file_as_it_was_where_there_is_no_room_for_the_new_one(small):
         write_whole(old, 'x' * 100_000)
     assert old.read_text() == 'the old one'
     assert sorted(one.name for one in folder.iterdir()) == ['fill', 'report.json']
+
+
+@pytest.mark.parametrize('write', [
+    lambda old: main(['info', RUN, '--json', str(old), '--force']),
+    lambda old: Estimate.save(SimpleNamespace(as_dict=dict), old)])
+def test_leaves_the_json_of_a_command_as_it_was_where_the_room_ends(write, tmp_path, monkeypatch,
+                                                                    capsys):
+    def ends(path, text, *_):
+        with path.open('w') as file:
+            file.write(text[:1])
+        raise OSError(28, 'No space left on device')
+
+    old = tmp_path / 'old.json'
+    old.write_text('the old one')
+    monkeypatch.setattr(Path, 'write_text', ends)
+    with suppress(OSError):
+        assert write(old) == 2
+        assert f'{old} cannot be written: No space left' in capsys.readouterr().err
+    assert old.read_text() == 'the old one'
+
+
+def test_writes_what_is_no_file_as_it_is_and_through_a_link(tmp_path):
+    pipe, link, file = (tmp_path / name for name in ('pipe', 'link', 'file'))
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_whole(pipe, 'told')
+    assert os.read(reader, 10) == b'told'
+    os.close(reader)
+    assert pipe.is_fifo()
+    link.symlink_to(file)
+    write_whole(link, 'told')
+    assert link.is_symlink() and file.read_text() == 'told'
 
 
 def test_names_the_file_of_a_bag_that_finds_no_room(small):

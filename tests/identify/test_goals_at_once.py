@@ -5,6 +5,7 @@ from threading import Event, Thread
 from time import monotonic, sleep
 
 from action_msgs.msg import GoalStatus
+from bench_recording import bench_recording
 from identify_graph import CONFIG
 import pytest
 import rclpy
@@ -18,7 +19,8 @@ from servo_identify.jobs.live.sample_ring import Ring
 from servo_identify.jobs.live.servo_versions import Models
 from servo_identify.nodes.jobs_node import Jobs
 from servo_identify.nodes.short_memory import Shortage
-from servo_twin_msgs.action import Retrain
+from servo_twin.bag import write_recording
+from servo_twin_msgs.action import Diagnose, Retrain
 from servo_twin_msgs.srv import LoadServo
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
@@ -35,8 +37,8 @@ def wait(condition):
 class Twin:
     """The jobs of an identify node, beside a twin that takes a servo file when it is ``let``."""
 
-    def __init__(self, folder):
-        rclpy.init()
+    def __init__(self, folder, *words):
+        rclpy.init(args=list(words))
         self.asked, self.let = [], Event()
         self.node = rclpy.create_node('identify', namespace='rig')
         group = ReentrantCallbackGroup()
@@ -71,9 +73,9 @@ def twin(tmp_path):
     one.close()
 
 
-def sent(twin, *goals):
-    """Send goals to `retrain` at once; return what will be the results of those accepted."""
-    client = ActionClient(twin.node, Retrain, 'retrain')
+def sent(twin, *goals, action=Retrain):
+    """Send goals to an action at once; return what will be the results of those accepted."""
+    client = ActionClient(twin.node, action, action.__name__.lower())
     assert client.wait_for_server(60.0)
     knows_the_way_back(twin.node, 'identify_jobs', wait)
     handles = [client.send_goal_async(goal) for goal in goals]
@@ -88,8 +90,17 @@ def test_it_does_one_of_several_goals_that_come_at_once_and_refuses_the_others(t
         wait(lambda: sum(one.done() for one in asked) == 5)
     wait(lambda: all(one.done() for one in asked))
     said = sorted(one.result().result.message for one in asked)
-    assert said == ['/nowhere does not exist'] + [
-        'refused: a job is running; cancel it or wait'] * 5
+    assert said[0].startswith('/nowhere does not exist; give a bag')
+    assert said[1:] == ['refused: a job is running; cancel it or wait'] * 5
+
+
+def test_it_offers_an_action_under_the_name_that_a_remap_gives_it(tmp_path):
+    one = Twin(tmp_path, '--ros-args', '-r', 'retrain:=learn')
+    try:
+        client = ActionClient(one.node, Retrain, '/rig/learn')
+        assert client.wait_for_server(60.0)
+    finally:
+        one.close()
 
 
 @pytest.mark.parametrize('budget', [float('nan'), -1.0])
@@ -108,7 +119,28 @@ def test_it_refuses_a_budget_that_is_none(twin, budget):
 def test_it_takes_the_path_of_a_goal_as_a_shell_does(twin, bag, said):
     _client, (asked,) = sent(twin, Retrain.Goal(bags=[bag]))
     wait(asked.done)
+    assert asked.result().result.message.startswith(said)
+
+
+@pytest.mark.parametrize('action', [Diagnose, Retrain])
+@pytest.mark.parametrize(('given', 'said'), [
+    ({'begin': -1.0}, 'begin: -1 is no instant of a recording: give 0 s or more'),
+    ({'end': float('inf')}, 'end: inf is no instant of a recording: give 0 s or more')])
+def test_it_refuses_what_is_no_instant(twin, action, given, said):
+    _client, (asked,) = sent(twin, action.Goal(bags=['/nowhere'], **given), action=action)
+    wait(asked.done)
     assert asked.result().result.message == said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('action', [Diagnose, Retrain])
+def test_it_refuses_an_empty_stretch_as_the_commands_do(twin, action, tmp_path):
+    bag = write_recording(tmp_path / 'run', bench_recording(4.0))
+    _client, (asked,) = sent(twin, action.Goal(bags=[str(bag)], begin=600.0, end=660.0),
+                             action=action)
+    wait(asked.done)
+    assert asked.result().result.message == (
+        'run: from 600 s to 660 s there is nothing; it goes from 0 to 4 s')
 
 
 def calls(twin, service, times):

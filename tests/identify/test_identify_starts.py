@@ -110,3 +110,18 @@ def test_it_learns_again_once_the_twin_says_that_it_was_given_a_servo_file():
         events.publish(Event(source='/alone/twin', kind=SERVO_FILE,
                              content=servo_at('rv_plain').read_text()))
         beside.wait(lambda: beside.said['changes'] == 'no residuals came')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('settings', 'said'), [
+    ([], 'the twin /alone/other runs, and this node follows /alone/twin, which is not there: what '
+     '/alone/other runs is not known here; start this node with -p twin:=/alone/other'),
+    (['twin:=other'], 'the twin runs a servo file, or values, that were not loaded from here'),
+    (['twin:=/alone/other'], 'the twin runs a servo file, or values, that were not loaded from '
+     'here')])
+def test_it_follows_a_twin_of_another_name_or_says_that_it_does_not(settings, said):
+    with running(*settings) as beside:
+        events = beside.node.create_publisher(Event, 'events', EVENTS)
+        events.publish(Event(source='/alone/other', kind=SERVO_FILE,
+                             content=servo_at('rv_bench').read_text()))
+        beside.wait(lambda: beside.said.get('models') == said)

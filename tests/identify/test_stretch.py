@@ -1,6 +1,7 @@
 """A stretch of a recording, by --from and --to: a command ..."""
 
 import json
+from math import inf
 from pathlib import Path
 
 from bench_recording import bench_recording, SERVO
@@ -12,6 +13,7 @@ from servo_identify.data import long_bags
 from servo_identify.data.reading import open_one, read_looked_at, read_recordings
 from servo_identify.data.stretch import Stretch
 from servo_identify.jobs.fit_jobs import read_jobs
+from servo_identify.jobs.live import diagnose_job, retrain_job
 from servo_twin.bag import write_recording
 from servo_twin.recording.parts import parts_of
 
@@ -88,6 +90,28 @@ def test_fits_and_checks_the_stretch_alone(bag, tmp_path, capsys):
     assert main(['fit', str(bag), '--servo', str(SERVO), '--free', 'effects.viscous.slope',
                  '--from', '1', '--to', '3', '-o', str(out), '--report', str(report)]) == 0
     assert 'run[1-3 s]#' in out.read_text()
+
+
+@pytest.mark.parametrize(('stretch', 'status', 'said'), [
+    ([1.0, 3.0], 0, ''), ([600.0, inf], 2, 'run: from 600 s on there is nothing; it goes from 0')])
+def test_retrains_beside_a_running_rig_from_the_stretch_alone(stretch, status, said, bag, tmp_path,
+                                                              capsys):
+    spec, out = tmp_path / 'spec.json', tmp_path / 'new.yaml'
+    spec.write_text(json.dumps({'servo': str(SERVO), 'learn': ['effects.viscous.slope'],
+                                'bags': [str(bag)], 'stretch': stretch, 'output': str(out)}))
+    assert retrain_job.main([str(spec)]) == status
+    assert said in capsys.readouterr().out
+    assert status or 'run[1-3 s]#' in out.read_text()
+
+
+def test_diagnoses_beside_a_running_rig_the_stretch_alone(bag, tmp_path, monkeypatch):
+    taken = []
+    monkeypatch.setattr(diagnose_job, 'diagnose', lambda several, *_, **__: taken.extend(several))
+    monkeypatch.setattr(diagnose_job, 'write_diagnosis', lambda *_: None)
+    words = [str(SERVO), str(tmp_path), str(bag)]
+    assert diagnose_job.main(['--stretch', '0', '3.5', *words]) == 0
+    assert diagnose_job.main(words) == 0
+    assert [one.name for one in taken] == ['run[0-3.5 s]', 'run']
 
 
 def test_takes_the_stretch_of_each_fit_of_a_file_of_jobs(bag, tmp_path):

@@ -1,12 +1,18 @@
 """Times of a table: their unit, jitter, lost rows, holes and jumps."""
 
+import re
+
 import numpy as np
 import pytest
 from small_tables import SERVO, table, TIME, write_csv
 
+from servo_identify.cli import main
+from servo_identify.data.reading import read_recordings
 from servo_identify.data.recording_check import check
+from servo_identify.data.stretch import Stretch
 from servo_identify.data.table_import import import_table
 from servo_identify.data.time_units import WORDS
+from servo_twin.bag import read_recording
 from servo_twin.description.servo_file import load
 
 
@@ -137,13 +143,37 @@ def test_the_note_keeps_when_a_recording_began(tmp_path, name, stamps, begin):
 
 
 @pytest.mark.parametrize(('hours', 'words'), [(-1, 'set back by an hour.*add 3600 s'),
-                                              (1, 'set forward by an hour.*subtract 3600 s')])
+                                              (1, 'set forward by an hour.*subtract 3600 s'),
+                                              (30, 'mend the clock')])
 def test_a_clock_that_daylight_saving_sets_is_named(tmp_path, hours, words):
     time = 0.01 * np.arange(400)
     time[200:] += 3600.0 * hours
     path = write_csv(tmp_path / 'a.csv', {'t': time, 'voltage': time, 'motor_position': time})
     with pytest.raises(ValueError, match=words):
         import_table(path, SERVO)
+
+
+@pytest.mark.parametrize('hours', [1, 30])
+def test_one_side_of_a_clock_that_was_set_forward_is_taken_as_the_refusal_says(tmp_path, hours):
+    time = 0.01 * np.arange(400)
+    time[200:] += 3600.0 * hours
+    path = write_csv(tmp_path / 'a.csv', {'t': 100.0 + time, 'voltage': time,
+                                          'motor_position': time})
+    with pytest.raises(ValueError, match=r'[Tt]ake one side of it \(--to') as refused:
+        import_table(path, SERVO)
+    at, other = re.findall(r'--(?:to|from) ([\d.]+)', str(refused.value))
+    assert at == other
+    words = ['import', str(path), '--servo', str(SERVO), '-o']
+    for bag, side, motion in ((tmp_path / 'before', '--to', time[:200]),
+                              (tmp_path / 'behind', '--from', time[200:])):
+        assert main([*words, str(bag), side, at]) == 0
+        assert read_recording(bag)['motor_position'].tolist() == motion.tolist()
+    one, = read_recordings([path], SERVO, stretch=Stretch(3600.0 * hours + 2.5))
+    assert (one.name, len(one)) == (f'a[{3600 * hours + 2.5:.6g}-{3600 * hours + 4:.6g} s]', 150)
+    with pytest.raises(ValueError, match=rf'in row 200 to .* in row 201.*--to {at} or'):
+        read_recordings([path], SERVO, stretch=Stretch(0.5))
+    with pytest.raises(ValueError, match='a: from 5 s to 6 s there is nothing'):
+        read_recordings([path], SERVO, stretch=Stretch(5.0, 6.0))
 
 
 def test_a_stamp_with_a_zone_is_told_in_utc(tmp_path):

@@ -309,7 +309,7 @@ def test_its_diagnostics_go_on_while_simulated_time_stands_still():
 
 
 @pytest.mark.ros
-def test_it_says_that_a_number_has_come_to_mean_another_joint(tmp_path):
+def test_it_says_of_which_topic_a_number_has_come_to_mean_another_joint(tmp_path):
     (tmp_path / 'robot.yaml').write_text(
         "time: {source: /joint_states.stamp}\n"
         "columns: {load_position: {source: '/joint_states.position[0]'}}\n")
@@ -317,8 +317,13 @@ def test_it_says_that_a_number_has_come_to_mean_another_joint(tmp_path):
     ears.node.create_subscription(DiagnosticArray, '/diagnostics', told.append, 100)
     adapter = subprocess.Popen(
         [sys.executable, '-m', 'servo_rig_driver.adapter.adapter_node', '--ros-args', '-p',
-         f'mapping:={tmp_path / "robot.yaml"}', '-p', 'block_size:=1', '-r', '__ns:=/order'])
-    states, joints = ears.node.create_publisher(JointState, STATES, 100), {'hip': 0.1, 'knee': 0.2}
+         f'mapping:={tmp_path / "robot.yaml"}', '-p', 'block_size:=1', '-r', '__ns:=/order', '-r',
+         '/joint_states:=other'])
+    states = ears.node.create_publisher(JointState, '/order/other', 100)
+    joints = {'hip': 0.1, 'knee': 0.2}
+
+    def says_in_words(said):
+        return any(said in one.message for array in told for one in array.status)
 
     def says(names, until):
         state = JointState(name=names, position=[joints[name] for name in names])
@@ -330,9 +335,11 @@ def test_it_says_that_a_number_has_come_to_mean_another_joint(tmp_path):
         wait_for(there, f'what it makes of {names}')
     try:
         says(['hip', 'knee'], lambda: len(ears.encoder) > 20)
-        says(['knee', 'hip'], lambda: any(
-            "number 0 was 'hip' at first, and is 'knee' by now" in one.message
-            for array in told for one in array.status))
+        says(['knee', 'hip'], lambda: says_in_words(
+            "number 0 was 'hip' at first, and is 'knee' by now"))
+        wait_for(lambda: says_in_words('/order/other is silent: no sample'), 'it is silent')
+        assert says_in_words('/order/other: /joint_states.position[0]')
+        assert any(fact.key == '/order/other' for one in told[-1].status for fact in one.values)
         assert {one.load_position[0] for one in ears.encoder} == {0.1}
     finally:
         adapter.send_signal(signal.SIGINT)

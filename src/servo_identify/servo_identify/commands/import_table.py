@@ -23,7 +23,7 @@ from typing import Any, TYPE_CHECKING
 
 from servo_twin.commands.terminal import named_servo, new_bag, say, tell, whole_bag
 
-from ..data.arguments import names_of, tables_of
+from ..data.arguments import add_stretch, names_of, stretch_of, tables_of
 
 if TYPE_CHECKING:
     from servo_twin.recording.recording import Recording
@@ -52,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--note', help='free text')
     parser.add_argument('--period', type=float, default=0.0,
                         help='s, resample to it; left out, the period of the times')
+    add_stretch(parser)
     parser.add_argument('--block-size', type=int, default=100, help='samples a message')
 
 
@@ -137,6 +138,7 @@ def _bags_of(table: Path, output: Path, arguments: argparse.Namespace, replicate
 
     from ..data.import_memory import memory_of
     from ..data.message_files import holds_messages
+    from ..data.stretch import ALL
     from ..data.table_import import import_runs
 
     folder = output.is_dir() and not holds_messages(output)  # of the bags of several runs, maybe
@@ -144,15 +146,15 @@ def _bags_of(table: Path, output: Path, arguments: argparse.Namespace, replicate
         new_bag(output, arguments.force)
     said = {'mapping': arguments.mapping, 'family': arguments.family, 'replicate': replicate,
             'note': arguments.note, 'period': arguments.period}
-    needed = memory_of(table) if table.exists() else 0.0
-    if needed > IN_PARTS_FROM and not folder:
+    needed, stretch = memory_of(table) if table.exists() else 0.0, stretch_of(arguments)
+    if needed > IN_PARTS_FROM and not folder and stretch == ALL:
         found = _in_parts(table, output, arguments, said)
         if found:
             return {output: found}, {}
     if needed > SAID_FROM:
         print(f'note: {table} is held whole while it is imported, which takes about '
               f'{needed / 2**30:.1f} GiB of memory', file=sys.stderr)
-    (recordings, left), made = import_runs(table, arguments.servo, **said), {}
+    (recordings, left), made = import_runs(table, arguments.servo, **said, stretch=stretch), {}
     for one in recordings:
         bag = output if len(recordings) + len(left) == 1 else output / one.name
         new_bag(bag, arguments.force)

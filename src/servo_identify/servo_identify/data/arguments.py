@@ -34,6 +34,11 @@ def add_data(parser: argparse.ArgumentParser, nargs: str | None = '+', servo: bo
     parser.add_argument('--mapping', type=Path, metavar='M.yaml',
                         help='how columns of a table, or fields of messages, become channels')
     parser.add_argument('--namespace', help='rig to read where a bag has several')
+    add_stretch(parser)
+
+
+def add_stretch(parser: argparse.ArgumentParser) -> None:
+    """Declare --from and --to."""
     parser.add_argument('--from', dest='begin', type=_instant, default=0.0, metavar='S',
                         help='leave out what comes before, s after the first sample')
     parser.add_argument('--to', dest='end', type=_instant, default=inf, metavar='S',
@@ -41,10 +46,12 @@ def add_data(parser: argparse.ArgumentParser, nargs: str | None = '+', servo: bo
 
 
 def _instant(text: str) -> float:
+    from .stretch import instant
     value = float(text)
-    if not 0.0 <= value < inf:
-        raise argparse.ArgumentTypeError(f'{text} is no instant of a recording: give 0 s or more')
-    return value
+    try:
+        return instant(value)
+    except ValueError as problem:
+        raise argparse.ArgumentTypeError(str(problem)) from None
 
 
 def stretch_of(arguments: argparse.Namespace) -> Stretch:

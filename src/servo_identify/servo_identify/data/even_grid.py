@@ -18,7 +18,10 @@ from servo_twin.recording.recording import RESAMPLED
 
 from .between_rows import BetweenRows
 from .joining import HELD
+from .packed import stem_of
 from .rows_in_time import held_over, HOLE, in_holes
+from .set_clocks import check_jumps, check_order
+from .stretch import ALL, Stretch
 
 EVEN = 0.01
 """Periods that a time may lie off the even grid."""
@@ -29,33 +32,26 @@ MOST_ON_GRID = 0.5
 FEW = 0.01
 """Share of the rows that may be made up of a recording that counts as even."""
 
-MOST_HOLES = 1000
-"""Samples of the grid for one row beyond which a clock has jumped, and not the logger paused."""
-
 MOST_REPEATED = 0.5
 """Share of the rows that may repeat a time and are left out; of more too little would be left."""
-
-HOUR = 3600.0
-"""By how much a clock is set back where daylight saving ends, s."""
-
-_COUNTERS = [(bits, unit) for bits in (16, 32) for unit in (1.0, 1e-3, 1e-6)]
-"""Bits of a counter of time that wraps around, and the s of one count."""
 
 _AT_ONCE = 100_000  # samples whose places are looked up together
 
 
 def even(path: Path, columns: dict[str, np.ndarray], period: float,
-         warnings: list[str]) -> tuple[float, float, dict[str, np.ndarray]]:
+         warnings: list[str], stretch: Stretch = ALL
+         ) -> tuple[float, float, dict[str, np.ndarray]]:
     """
     Return (start, period, columns without ``t``) on an even grid.
 
-    ``period``: s, of the grid; 0 takes it from the times. Raises ValueError for times that are not
-    numbers or run backwards, for less than two samples and where too many times repeat. Says in
-    ``warnings`` what it changed.
+    ``period``: s, of the grid; 0 takes it from the times. ``stretch`` is what is wanted of the
+    rows. Raises ValueError for times that are not numbers or run backwards, for less than two
+    samples, where too many times repeat, and for an empty stretch. Says in ``warnings`` what it
+    changed.
     """
     time = columns['t']
     rest = {name: column for name, column in columns.items() if name != 't'}
-    _check(path, time)
+    check_order(path, time)
     repeated = np.flatnonzero(np.diff(time) == 0.0) + 1
     if len(repeated):
         if len(repeated) > MOST_REPEATED * len(time):
@@ -71,9 +67,12 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
                         'out')
         time = np.delete(time, repeated)
         rest = {name: np.delete(column, repeated) for name, column in rest.items()}
+    first, end = stretch.rows(stem_of(path), time)
+    skipped = first, float(time[first] - time[0])
+    time, rest = time[first:end], {name: column[first:end] for name, column in rest.items()}
     between_rows = BetweenRows()
     between_rows.add({'t': time, **rest})
-    step, follow = grid_of(path, time, period, warnings, between_rows.sentence())
+    step, follow = grid_of(path, time, period, warnings, between_rows.sentence(), skipped)
     if follow:
         return float(time[0]), step, rest
     between = Between(time, step)
@@ -82,11 +81,12 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
 
 
 def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
-            cost: str = '') -> tuple[float, bool]:
+            cost: str = '', skipped: tuple[int, float] = (0, 0.0)) -> tuple[float, bool]:
     """
     Return the step, s, of the grid of rising times, and whether they follow it as they are.
 
-    ``period`` and ``warnings`` as of :func:`even`; ``cost`` is said where they do not follow it.
+    ``period`` and ``warnings`` as of :func:`even`; ``cost`` is said where they do not follow it,
+    ``skipped`` are the rows that were left out before the first time, and the s that they last.
     Raises ValueError for less than two times.
     """
     if len(time) < 2:
@@ -96,18 +96,7 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
         return period or own, True
     step = period or _usual(time)
     shortest, longest = np.diff(time).min(), np.diff(time).max()
-    k = int(np.argmax(np.diff(time)))
-    if abs(longest - HOUR) < 2.0 * step:
-        raise ValueError(f'{path}: time jumps from {time[k]:.9g} s in row {k + 1} to '
-                         f'{time[k + 1]:.9g} s in row {k + 2}. The clock was set forward by an '
-                         f'hour there, as daylight saving does: subtract {HOUR:g} s from the '
-                         'times behind it, or export them in UTC')
-    if (time[-1] - time[0]) / step > MOST_HOLES * len(time):
-        raise ValueError(f'{path}: {len(time)} rows {step:.6g} s apart last '
-                         f'{time[-1] - time[0]:.6g} s: time jumps from {time[k]:.9g} s in '
-                         f'row {k + 1} to '
-                         f'{time[k + 1]:.9g} s in row {k + 2}. Cut the file there, or mend the '
-                         'clock')
+    check_jumps(path, time, step, skipped)
     samples = int((time[-1] - time[0]) / step * (1.0 + 1e-12) + EVEN) + 1
     made_up = samples - int(on_grid(time, step).sum()) - in_holes(time, step)
     how = f'measurements linearly, commands by the mean of what they hold{cost}'
@@ -119,32 +108,6 @@ def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
         warnings.append(f'times are not even ({shortest:.6g} to {longest:.6g} s apart): '
                         f'{RESAMPLED} {step:.6g} s, {how}')
     return step, False
-
-
-def _check(path: Path, time: np.ndarray) -> None:
-    bad = np.flatnonzero(~np.isfinite(time))
-    if len(bad):
-        raise ValueError(f'{path}: t = {time[bad[0]]} in row {bad[0] + 1}; every row needs a time')
-    back = np.flatnonzero(np.diff(time) < 0.0)
-    if len(back):
-        k = back[0]
-        raise ValueError(f'{path}: time runs backwards from {time[k]:.9g} s in row {k + 1} to '
-                         f'{time[k + 1]:.9g} s in row {k + 2}. ' + _advice(time, back))
-
-
-def _advice(time: np.ndarray, back: np.ndarray) -> str:
-    """Say what to do where times run backwards behind some rows."""
-    last, first, step = time[back[0]], time[back[0] + 1], float(np.median(np.abs(np.diff(time))))
-    for bits, unit in _COUNTERS:
-        if 0.0 <= first < 2.0 * step and 0.0 <= 2**bits * unit - last < 2.0 * step:
-            return (f'The counter of {bits} bit wrapped around there: map the time with '
-                    f'wraps: {2**bits}')
-    if abs(last - first - HOUR) < 2.0 * step:
-        return (f'The clock was set back by an hour there, as daylight saving does: add '
-                f'{HOUR:g} s to the times behind it, or export them in UTC')
-    if len(back) == 1 and first <= time[0]:
-        return 'A second recording begins there: cut the file'
-    return 'Sort the rows by their time, or cut the file where rows were written twice'
 
 
 def own_period(first: float, last: float, samples: int) -> float:

@@ -98,11 +98,12 @@ def _read(path: Path, servo: str | Path | None, mapping: str | Path | None,
         return [replace(read_recording(path, namespace), name=name or path.name)]
 
 
-def _imported(path: Path, servo: str | Path | None, mapping: str | Path | None, name: str
-              ) -> list[Recording]:
+def _imported(path: Path, servo: str | Path | None, mapping: str | Path | None, name: str,
+              stretch: Stretch) -> list[Long]:
     """Return the recordings of a table under its name, behind which that of a run may stand."""
     return [replace(one, name=name + one.name.removeprefix(stem_of(path))) if name else one
-            for one in import_tables(path, _path(servo), mapping=_path(mapping))]
+            for one in import_tables(path, _path(servo), mapping=_path(mapping),
+                                     stretch=stretch)]
 
 
 def _single(path: Path, several: list[One]) -> One:
@@ -132,7 +133,7 @@ def open_all(path: Path, servo: str | Path | None = None, mapping: str | Path | 
     called where that is not the name of its file. ``stretch`` is what is wanted of each.
     """
     if _to_import(path, mapping):
-        yield [stretch.of(one) for one in _imported(path, servo, mapping, name)]
+        yield _imported(path, servo, mapping, name, stretch)
         return
     with ExitStack() as opened:
         with _known(path):

@@ -6,6 +6,8 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import NamedTuple
 
+import numpy as np
+
 from servo_twin.recording.recording import Recording
 
 from .long_bags import Long
@@ -27,11 +29,8 @@ class Stretch(NamedTuple):
             return one
         begin, end = (max(0, min(len(one), round(at / one.period))) if isfinite(at) else len(one)
                       for at in self)
-        if not begin < end:
-            until = f'to {self.end:g} s' if isfinite(self.end) else 'on'
-            raise ValueError(f'{one.name}: from {self.begin:g} s {until} there is nothing; it '
-                             f'goes from 0 to {one.duration:.6g} s')
-        name = f'{one.name}[{begin * one.period:.6g}-{end * one.period:.6g} s]'
+        self._judge(begin < end, one.name, one.duration)
+        name = self.named(one.name, begin * one.period, end * one.period)
         first, end = one.sequence + begin, one.sequence + end
         if isinstance(one, Recording):
             return replace(one.part(first, end), name=name)
@@ -39,6 +38,37 @@ class Stretch(NamedTuple):
         one.rename(name)
         return one
 
+    def rows(self, name: str, time: np.ndarray) -> tuple[int, int]:
+        """
+        Return the first row, and that behind the last one, of rising times, s, of a table.
+
+        Raises ValueError, with the name of the table, where there is none.
+        """
+        if self == ALL:
+            return 0, len(time)
+        step = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+        since = time - time[0] + 0.5 * step
+        first, end = np.searchsorted(since, self).tolist()
+        self._judge(first < end, name, time[-1] - time[0] + step)
+        return first, end
+
+    def named(self, name: str, begin: float, end: float) -> str:
+        """Return what is called which goes from ``begin`` to ``end``, s, of a recording."""
+        return name if self == ALL else f'{name}[{begin:.6g}-{end:.6g} s]'
+
+    def _judge(self, there: bool, name: str, duration: float) -> None:
+        if not there:
+            until = f'to {self.end:g} s' if isfinite(self.end) else 'on'
+            raise ValueError(f'{name}: from {self.begin:g} s {until} there is nothing; it goes '
+                             f'from 0 to {duration:.6g} s')
+
 
 ALL = Stretch()
 """All of a recording."""
+
+
+def instant(value: float) -> float:
+    """Return an instant, s after the first sample; raises ValueError for what cannot be one."""
+    if not 0.0 <= value < inf:
+        raise ValueError(f'{value:g} is no instant of a recording: give 0 s or more')
+    return value

@@ -27,6 +27,7 @@ from .packed import stem_of
 from .plausibility import check_angles
 from .raw_encoder import check_counts
 from .several_runs import long_enough
+from .stretch import ALL, Stretch
 from .table import Table
 from .tables import read_tables
 from .time_units import unit_of_times
@@ -54,28 +55,31 @@ def import_table(path: Path, servo: Path | None, *, mapping: Path | None = None,
 
 def import_tables(path: Path, servo: Path | None, *, mapping: Path | None = None,
                   family: str | None = None, replicate: int | None = None,
-                  note: str | None = None, period: float = 0.0) -> list[Recording]:
+                  note: str | None = None, period: float = 0.0, stretch: Stretch = ALL
+                  ) -> list[Recording]:
     """
     Return the recordings of a table as :func:`import_runs` does; the first says what was left out.
 
     Arguments and errors are those of :func:`import_runs`.
     """
     found, left = import_runs(path, servo, mapping=mapping, family=family, replicate=replicate,
-                              note=note, period=period)
+                              note=note, period=period, stretch=stretch)
     return with_left_out(found, left)
 
 
 def import_runs(path: Path, servo: Path | None, *, mapping: Path | None = None,
                 family: str | None = None, replicate: int | None = None, note: str | None = None,
-                period: float = 0.0) -> tuple[list[Recording], dict[str, str]]:
+                period: float = 0.0, stretch: Stretch = ALL
+                ) -> tuple[list[Recording], dict[str, str]]:
     """
     Return the recordings of a table, mostly one, and which of its runs are too short.
 
     Of several, each has the name of its run behind that of the file, and their replicates count
-    on. Without a servo file angles are not held against each other, and are in rad. What was
-    changed or left out stands in a note, and what to mind in ``warnings``. Raises ValueError for
-    a table whose columns, units, times or numbers cannot be those of a recording, and for one
-    that the memory cannot hold; OSError for files that cannot be read.
+    on. ``stretch`` is what is wanted of each. Without a servo file angles are not held against
+    each other, and are in rad. What was changed or left out stands in a note, and what to mind in
+    ``warnings``. Raises ValueError for a table whose columns, units, times or numbers cannot be
+    those of a recording, and for one that the memory cannot hold; OSError for files that cannot
+    be read.
     """
     machine = servo_file.load(servo) if servo else None
     plan = read_mapping(mapping) if mapping else None
@@ -96,7 +100,7 @@ def import_runs(path: Path, servo: Path | None, *, mapping: Path | None = None,
         if facts.get('replicate'):
             facts['replicate'] += number
         facts |= beside(path.with_name(f'{stem_of(path)}_{table.run}')) if table.run else {}
-        found.append(recording_of(table, machine, text, facts, plan, period))
+        found.append(recording_of(table, machine, text, facts, plan, period, stretch))
     return found, left
 
 
@@ -106,7 +110,8 @@ def with_left_out(found: Sequence[Recording], left: Mapping[str, str]) -> list[R
 
 
 def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
-                 plan: ColumnMapping | None = None, period: float = 0.0) -> Recording:
+                 plan: ColumnMapping | None = None, period: float = 0.0, stretch: Stretch = ALL
+                 ) -> Recording:
     """
     Return a table that was read as a recording of a machine, on an even grid.
 
@@ -116,14 +121,17 @@ def recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Ma
     Raises ValueError as :func:`import_tables` does.
     """
     try:
-        found = _recording_of(table, machine, servo_text, facts, plan, period)
+        found, begin = _recording_of(table, machine, servo_text, facts, plan, period, stretch)
     except ValueError as problem:
         raise ValueError(f'{problem} ({table.run})' if table.run else str(problem)) from None
-    return replace(found, name=f'{found.name}_{table.run}') if table.run else found
+    name = f'{found.name}_{table.run}' if table.run else found.name
+    return replace(found, name=stretch.named(name, begin, begin + found.duration))
 
 
 def _recording_of(table: Table, machine: Servo | None, servo_text: str, facts: Mapping[str, Any],
-                  plan: ColumnMapping | None, period: float) -> Recording:
+                  plan: ColumnMapping | None, period: float, stretch: Stretch
+                  ) -> tuple[Recording, float]:
+    """Return the recording, and how many s after the first row it begins."""
     path, warnings, told = table.path, list(table.warnings), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))
@@ -134,8 +142,11 @@ def _recording_of(table: Table, machine: Servo | None, servo_text: str, facts: M
     if machine is not None:
         check_counts(path, columns, machine)
         check_angles(path, columns, machine)
-    start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings)
-    return described(path, machine, servo_text, facts, told, warnings, start, step, columns)
+    first = columns['t'][0]
+    start, step, columns = even(path, columns, period or (plan.period if plan else 0.0), warnings,
+                                stretch)
+    return described(path, machine, servo_text, facts, told, warnings, start, step,
+                     columns), float(start - first)
 
 
 def told_begin(table: Table, plan: ColumnMapping | None) -> list[str]:

@@ -16,7 +16,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
+from servo_twin.nodes.given_parameters import judge_remaps
 from servo_twin.nodes.message_conversion import SECOND, to_instant, to_time
+from servo_twin.nodes.message_conversion import TOPICS as SAMPLES
 from servo_twin.nodes.ros_start import start_ros
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin_msgs.msg import Command, Current, Encoder, Torque
@@ -49,12 +51,14 @@ class Performer(Node):
     Plays runs one after the other on the rig of a namespace.
 
     A context: leaving it brings the motor to rest. ``interrupt`` may be called from a signal
-    handler; the run that is played then raises Stopped.
+    handler; the run that is played then raises Stopped. Raises SharedName for remaps that cannot
+    be.
     """
 
     def __init__(self, namespace: str, limits: Limits) -> None:
         start_ros()
         super().__init__('experiment', namespace=namespace)
+        judge_remaps(self, {'command': Command, **SAMPLES})
         self.limits = limits
         self.period = self._heard = 0.0
         self.guard: Guard | None = None

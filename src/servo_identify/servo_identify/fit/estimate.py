@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from servo_twin.bag import OpenRecording
+from servo_twin.description.whole_file import write_whole
 from servo_twin.physics.servo import Provenance, Servo, Value
 from servo_twin.recording.recording import COLUMNS, Recording
 
@@ -60,7 +61,7 @@ class Estimate:
 
     def save(self, path: str | Path) -> None:
         """Write the estimate as JSON."""
-        Path(path).write_text(json.dumps(self.as_dict(), indent=1) + '\n')
+        write_whole(path, json.dumps(self.as_dict(), indent=1) + '\n')
 
     def __str__(self) -> str:
         width = max(map(len, self.names))

@@ -28,13 +28,13 @@ from servo_twin.description import servo_file
 from servo_twin.description.shipped import servo_at
 from servo_twin.nodes import message_conversion as twin_conversion
 from servo_twin.nodes.free_output import free_output
-from servo_twin.nodes.given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
+from servo_twin.nodes.given_parameters import cannot_start, judge_remaps, refuse_unknown, UNFIT
 from servo_twin.nodes.namesake import Namesake, PROCESS
 from servo_twin.nodes.node_help import asked_for_help
 from servo_twin.nodes.spinning import started
 from servo_twin.nodes.timer_clock import STEADY
 from servo_twin.nodes.topic_qos import EVENTS, OVERRIDABLE, sample_qos
-from servo_twin.recording.events import BEGAN, PARAMETERS, SERVO_FILE
+from servo_twin.recording.events import SERVO_FILE
 from servo_twin.recording.sample_joining import Joiner
 from servo_twin_msgs.msg import Estimate, Event, Residual
 
@@ -44,8 +44,9 @@ from ..watch.estimator.online_estimator import OnlineEstimator
 from . import identify_parameters
 from . import message_conversion as conversion
 from .change_watch import ChangeWatch, GATHERED
+from .followed_twin import FollowedTwin
 from .identify_parameters import value
-from .jobs_node import Jobs
+from .jobs_node import ACTIONS, Jobs
 from .message_conversion import OK, WARN
 from .short_memory import SAID, Shortage
 from .twin_servo import SERVICES
@@ -68,7 +69,7 @@ class IdentifyNode(Node):
         self.finished: Future = Future()  # another node of this name began before it
         identify_parameters.declare(self)
         refuse_unknown(self)
-        refuse_shared(self, TOPICS, {'identify/relearn': Trigger, **SERVICES})
+        judge_remaps(self, TOPICS, {'identify/relearn': Trigger, **SERVICES}, ACTIONS)
         text = servo_at(value(self, 'servo_file')).read_text()
         self.models = Models(text, value(self, 'margin'))
         self.ring = Ring(value(self, 'buffer'))
@@ -90,7 +91,7 @@ class IdentifyNode(Node):
                                  guarded(self._compare, self._watch.begin_again), sample_qos(),
                                  qos_overriding_options=OVERRIDABLE)
         self._namesake = Namesake(self, self.finished.set_result)
-        self._twin = f'{self.get_namespace().rstrip("/")}/twin'
+        self._twin = FollowedTwin(self, value(self, 'twin'))
         self.create_subscription(Event, 'events', guarded(self._follow), EVENTS)
         self._estimate = self.create_publisher(Estimate, 'twin/estimate', 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -158,7 +159,7 @@ class IdentifyNode(Node):
 
     def _follow(self, message: Event) -> None:
         """Take over what the twin says that it runs, whoever has loaded or set it."""
-        if message.source != self._twin or message.kind not in (BEGAN, PARAMETERS, SERVO_FILE):
+        if not self._twin.says(message.source, message.kind):
             return
         try:
             others = self.models.follows(message.kind, message.content)
@@ -199,9 +200,10 @@ class IdentifyNode(Node):
 
     def _report(self) -> None:
         self._judge()
-        name = self.get_fully_qualified_name()
+        name, missed = self.get_fully_qualified_name(), self._twin.missed()
         statuses = [conversion.to_status(name, 'changes', *self._watch.health()),
-                    conversion.to_status(name, 'models', OK, self.models.sentence, {
+                    conversion.to_status(name, 'models', WARN if missed else OK,
+                                         missed or self.models.sentence, {
                         PROCESS: self._namesake.process,
                         'loads': str(self.models.loads), 'returns': str(self.models.returns),
                         'on trial': 'yes' if self.models.trial else 'no',

@@ -39,6 +39,9 @@ def declare(node: Node) -> None:
     node.declare_parameter('servo_file', 'rv_bench', ParameterDescriptor(
         description='Servo file that the twin begins with: a path, or the name of a shipped one; '
                     'afterwards the node follows what the twin says that it runs', read_only=True))
+    node.declare_parameter('twin', 'twin', ParameterDescriptor(
+        description='Name of the twin node that is followed: in the namespace of this node, or '
+                    'whole, as /rig/twin', read_only=True))
     node.declare_parameter('folder', '', ParameterDescriptor(
         description='Where retrained servo files go; empty: a folder that ends with the node',
         read_only=True))

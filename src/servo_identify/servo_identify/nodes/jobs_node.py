@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 import json
+from math import isnan
 from pathlib import Path
 from threading import Event, Lock, Thread
 import time
@@ -24,6 +25,7 @@ from servo_twin.description.shipped import servo_at
 from servo_twin.nodes.spinning import named
 from servo_twin_msgs.action import Diagnose, Retrain
 
+from ..data.stretch import ALL, instant, Stretch
 from ..jobs.live.job_process import Job
 from ..jobs.live.sample_ring import Ring
 from ..jobs.live.servo_versions import Models
@@ -32,6 +34,7 @@ from .twin_servo import LOOK_EVERY, TwinServo
 
 Feedback: TypeAlias = Retrain.Feedback | Diagnose.Feedback
 Said: TypeAlias = Mapping[str, Any]
+ACTIONS = {'retrain': Retrain, 'diagnose': Diagnose}
 _RUNS = 'refused: a job is running; cancel it or wait'
 
 
@@ -56,9 +59,11 @@ class Jobs(Node):
         self.twin = TwinServo(self, group, models, ring, self._closing, shortage)
         shared = {'goal_callback': self._take, 'cancel_callback': lambda _: CancelResponse.ACCEPT,
                   'callback_group': group}
+        # ROS remaps topics and services; an action it leaves at its name
         self._actions = [
-            ActionServer(self, Retrain, 'retrain', self._retrain, **shared),
-            ActionServer(self, Diagnose, 'diagnose', self._diagnose, **shared)]
+            ActionServer(self, kind, self.resolve_service_name(name), answer, **shared)
+            for (name, kind), answer in zip(ACTIONS.items(), (self._retrain, self._diagnose),
+                                            strict=True)]
         self._executor = MultiThreadedExecutor(4)
         self._executor.add_node(self)
         self._thread = Thread(target=self._spin, daemon=True)
@@ -117,12 +122,14 @@ class Jobs(Node):
             if not goal.budget >= 0.0:
                 raise ValueError(f'budget = {goal.budget:g} s; it must be 0, for no limit, '
                                  'or more')
+            stretch = _stretch(goal)
             with self._alone():
                 folder = self._next_folder('retrain')
                 spec, output = folder / 'spec.json', folder / 'servo.yaml'
                 spec.write_text(json.dumps({
                     'servo': str(self._running(folder)), 'learn': list(goal.learn),
-                    'bags': self._bags(goal.bags, folder), 'output': str(output)}))
+                    'stretch': stretch, 'bags': self._bags(goal.bags, folder),
+                    'output': str(output)}))
                 with self._job('servo_identify.jobs.live.retrain_job', str(spec)) as job:
                     for said in self._reports(handle, job, feedback, goal.budget):
                         _heard(said, feedback, 'stage', 'progress', 'loss')
@@ -145,12 +152,14 @@ class Jobs(Node):
     def _diagnose(self, handle: ServerGoalHandle) -> Diagnose.Result:
         goal, result = handle.request, Diagnose.Result()
         try:
+            stretch = _stretch(goal)
             with self._alone():
                 folder = self._next_folder('diagnose')
                 output = new_folder(_at(goal.output) if goal.output else folder / 'report',
                                     force=True)
                 servo = servo_at(goal.servo_file) if goal.servo_file else self._running(folder)
-                words = [str(servo), str(output), *self._bags(goal.bags, folder)]
+                words = ['--stretch', *map(str, stretch), str(servo), str(output),
+                         *self._bags(goal.bags, folder)]
                 feedback = Diagnose.Feedback(stage='starting')
                 with self._job('servo_identify.jobs.live.diagnose_job', *words) as job:
                     for said in self._reports(handle, job, feedback):
@@ -263,6 +272,18 @@ def _at(path: str) -> Path:
     if not path:
         raise ValueError("'' is no path: one of the bags is empty")
     return at_home(path)
+
+
+def _stretch(goal: Diagnose.Goal | Retrain.Goal) -> Stretch:
+    """Return the stretch that a goal names. Raises ValueError for what cannot be an instant."""
+    given = {}
+    for name, default in ALL._asdict().items():
+        value = getattr(goal, name)
+        try:
+            given[name] = default if isnan(value) or value == 0.0 else instant(value)
+        except ValueError as problem:
+            raise ValueError(f'{name}: {problem}') from None
+    return Stretch(**given)
 
 
 def _heard(said: Said, message: Feedback | Retrain.Result, *names: str) -> None:

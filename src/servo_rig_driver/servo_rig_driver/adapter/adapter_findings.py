@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from time import monotonic
 
 from ..driver.rig_health import Level, RigHealth
@@ -14,10 +14,15 @@ MANY = 0.1
 
 
 class AdapterFindings:
-    """Looks at a stream of samples and at the topics that it is made of; ``watches`` by topic."""
+    """
+    Looks at a stream of samples and at the topics that it is made of; ``watches`` by topic.
 
-    def __init__(self, stream: SampleStream, health: RigHealth) -> None:
-        self._stream, self._health = stream, health
+    ``named`` returns what people know a topic by, which is its name after remaps.
+    """
+
+    def __init__(self, stream: SampleStream, health: RigHealth,
+                 named: Callable[[str], str] = str) -> None:
+        self._stream, self._health, self._named = stream, health, named
         self.watches = {topic: TopicWatch(columns) for topic, columns in stream.topics.items()}
         self._told = {'lost': 0, 'restarts': 0, 'rates': 0}
         self._samples, self._blank = 0, dict.fromkeys(stream.blank, 0)
@@ -26,7 +31,7 @@ class AdapterFindings:
 
     def tell(self, publishers: Mapping[str, Sequence[str]], now: int) -> None:
         """Tell what came since the last time; ``publishers`` by topic, ``now`` in ns."""
-        leading = self._stream.mapped.leading
+        leading = self._named(self._stream.mapped.leading)
         self._tell_new('lost', self._stream.lost, 'samples.lost', 'samples left out: '
                        f'messages of {leading} are missing', now)
         self._tell_new('restarts', self._stream.restarts, 'clock.restart', 'times that the '
@@ -40,8 +45,9 @@ class AdapterFindings:
             found = told | self._pace(topic) | self._order(topic) | {
                 f'{name} late': said for name, said in late.items()
                 if name not in told and name in [one.name for one in self._stream.topics[topic]]}
+            known = self._named(topic)
             self._health.keep(f'topics.{topic}.', {
-                key: (level, f'{topic}: {said}') for key, (level, said) in found.items()}, now)
+                key: (level, f'{known}: {said}') for key, (level, said) in found.items()}, now)
 
     def _tell_new(self, what: str, count: int, key: str, text: str, now: int) -> None:
         if count > self._told[what]:

@@ -22,7 +22,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
-from servo_twin_msgs.msg import Current, Encoder, Torque
+from servo_twin_msgs.msg import Current, Encoder, Event, Torque
 
 from ..driver.encoder_leaps import EncoderLeaps
 from ..driver.health_report import Diagnoser
@@ -31,7 +31,7 @@ from ..driver.rig_health import RigHealth
 from ..driver.sample_blocks import SampleBlock
 from ..ending import Ending
 from ..free_output import free_output
-from ..given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
+from ..given_parameters import cannot_start, judge_remaps, refuse_unknown, UNFIT
 from ..home_path import at_home
 from ..namesake import Namesake, PROCESS
 from ..ros_start import start_ros
@@ -60,7 +60,8 @@ class Adapter(Node):
         self.settings = of = adapter_parameters.declare(self)
         refuse_unknown(self)
         self.mapped = mapping_of(of.mapping, of.joint)
-        refuse_shared(self, dict.fromkeys(self.mapped.topics, 'of the robot') | SAMPLES)
+        judge_remaps(self, dict.fromkeys(self.mapped.topics, 'of the robot') | SAMPLES
+                     | {'events': Event})
         self.health = RigHealth()
         self._leaps = EncoderLeaps(self.health, of.largest_acceleration)
         period = round(SECOND / of.rate if of.rate else SECOND * self.mapped.period)
@@ -71,7 +72,7 @@ class Adapter(Node):
         self._outputs: list = []
         self._topics = RobotTopics(self, self.mapped.topics, self.mapped.leading, of.silence,
                                    self.health, self._take)
-        self._found = AdapterFindings(self.stream, self.health)
+        self._found = AdapterFindings(self.stream, self.health, self.resolve_topic_name)
         self._counted = 0.0
         self.finished: Future = Future()
         self._namesake = Namesake(self, self._give_way)
@@ -127,11 +128,11 @@ class Adapter(Node):
         if stream.period:
             facts['rate'] = f'{SECOND / stream.period:.6g} Hz'
         for topic, kind in self._topics.kinds.items():
-            usual = stream.usual_period(topic)
-            facts[topic] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
+            usual, name = stream.usual_period(topic), self.resolve_topic_name(topic)
+            facts[name] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
             offset = stream.clocks[topic].offset
             if offset:
-                facts[f'clock of {topic}'] = f'{-offset * 1e-9:+.6f} s against ours'
+                facts[f'clock of {name}'] = f'{-offset * 1e-9:+.6f} s against ours'
         return facts
 
 

@@ -114,13 +114,14 @@ class RobotTopics:
         return take
 
     def _listen(self, topic: str, now: int) -> None:
+        name = self._node.resolve_topic_name(topic)
         quiet = monotonic() - self._heard.get(topic, self._since[topic])
         if quiet <= self._silence:
             self._health.over(f'topics.{topic}', now)
         elif topic not in self._heard:
-            self._health.trouble(f'topics.{topic}', f'no message of {topic} has come', now)
+            self._health.trouble(f'topics.{topic}', f'no message of {name} has come', now)
         elif topic == self._leading:
-            self._health.trouble(f'topics.{topic}', f'{topic} is silent: no sample', now)
+            self._health.trouble(f'topics.{topic}', f'{name} is silent: no sample', now)
 
 
 def qos_of(offered: list[QoSProfile]) -> QoSProfile:

@@ -26,7 +26,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.task import Future
 from sensor_msgs.msg import JointState
 
-from servo_twin_msgs.msg import Command, Current, Encoder, Torque
+from servo_twin_msgs.msg import Command, Current, Encoder, Event, Torque
 
 from ..can_bus.bus_opening import BusError, BusSettings, open_bus, Wire
 from ..devices.device import DeviceError
@@ -36,7 +36,7 @@ from ..devices.pdo_table import FrameError
 from ..devices.protocols import PROTOCOLS
 from ..ending import Ending
 from ..free_output import free_output
-from ..given_parameters import cannot_start, refuse_shared, refuse_unknown, UNFIT
+from ..given_parameters import cannot_start, judge_remaps, refuse_unknown, UNFIT
 from ..managed_node import ManagedNode
 from ..namesake import Namesake, PROCESS
 from ..node_help import asked_for_help
@@ -76,7 +76,8 @@ class Driver(ManagedNode):
         super().__init__('driver', **kwargs)
         parameters.declare(self)
         refuse_unknown(self)
-        refuse_shared(self, {**SAMPLES, 'joint_states': JointState, 'command': Command})
+        judge_remaps(self, {**SAMPLES, 'joint_states': JointState, 'command': Command,
+                            'events': Event})
         parameters.refuse_simulated_time(self)
         self.add_on_set_parameters_callback(self._judge_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)

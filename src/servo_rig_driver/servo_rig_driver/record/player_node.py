@@ -34,7 +34,7 @@ from ..driver.setpoints import SECOND
 from ..driver.steady_clock import SteadyClock
 from ..emulated.excitation_families import ExcitationError, FAMILIES, family
 from ..ending import Ending
-from ..given_parameters import cannot_start, refuse_shared, UNFIT
+from ..given_parameters import cannot_start, judge_remaps, UNFIT
 from ..ros_start import start_ros
 from ..timer_clock import STEADY
 
@@ -61,7 +61,7 @@ class Player(Node):
         self._reference, self._torque = reference, external_torque
         self._start = 0
         self._steady = SteadyClock(self._ros_now)
-        refuse_shared(self, {'command': Command, 'encoder': Encoder})
+        judge_remaps(self, {'command': Command, 'encoder': Encoder})
         reliable = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
         self._topic = self.create_publisher(Command, 'command', reliable)
         self._samples = self.create_subscription(Encoder, 'encoder', self._hear, reliable)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
 
-from ..given_parameters import refuse_shared
+from ..given_parameters import judge_remaps
 
 EVENT = 'servo_twin_msgs/msg/Event'
 COMMAND = 'servo_twin_msgs/msg/Command'
@@ -66,7 +66,7 @@ def topics_of(node: Node) -> dict[str, str]:
             raise ValueError(f"topics: {entry!r} has no type; write 'name:package/msg/Type', "
                              f'or one of {list(DEFAULT_TOPICS)}')
         topics[name] = kind
-    refuse_shared(node, topics | OWN)
+    judge_remaps(node, topics | OWN)
     return {node.resolve_topic_name(name): kind for name, kind in topics.items()}
 
 

@@ -15,6 +15,8 @@ import sys
 import tempfile
 from typing import Any, TextIO
 
+from ..description.whole_file import write_whole
+
 READ = ('bag', 'bags', 'accept', 'data', 'files', 'model', 'mapping')
 """Arguments of all commands that name what is read and never written."""
 
@@ -91,7 +93,7 @@ def write_json(arguments: argparse.Namespace, stdout: TextIO, head: Mapping[str,
         stdout.write(text)
         stdout.flush()
     else:
-        new_file(arguments.json, True).write_text(text, 'utf8')
+        write_whole(new_file(arguments.json, True), text)
 
 
 def plain(value: Any) -> Any:

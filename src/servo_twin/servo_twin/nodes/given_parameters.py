@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
 import re
@@ -11,6 +11,7 @@ from typing import Any
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, ParameterException
+from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 import yaml
 
@@ -20,6 +21,14 @@ EVERYWHERE = {'/rosout': 'rcl_interfaces/msg/Log',
               '/parameter_events': 'rcl_interfaces/msg/ParameterEvent',
               '/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray'}
 """The topics of every node, and their types."""
+_OWN = [f'~/{name}' for name in (
+    'describe_parameters', 'get_parameters', 'get_parameter_types', 'list_parameters',
+    'set_parameters', 'set_parameters_atomically', 'get_type_description', 'change_state',
+    'get_state', 'get_available_states', 'get_available_transitions', 'get_transition_graph',
+    'transition_event')]
+"""What ROS gives every node, or every lifecycle node."""
+_REMAP = re.compile(r'(?:(\w+):(?!//|=))?(?:ros(?:topic|service)://)?(.*?):=')
+"""A rule: the node that it is for, if it says so, and the name that it changes."""
 LATER = 'qos_overrides.'
 """Begins the names that a node declares with its publishers and subscriptions."""
 
@@ -84,14 +93,18 @@ def refuse_unknown(node: Node) -> None:
                                    f'values would be taken; write /**/{node.get_name()} there')
 
 
-def refuse_shared(node: Node, topics: Mapping[str, type | str],
-                  services: Mapping[str, type] | None = None) -> None:
+def judge_remaps(node: Node, topics: Mapping[str, type | str],
+                  services: Mapping[str, type] | None = None, actions: Collection[str] = ()
+                 ) -> None:
     """
     Raise SharedName where remaps give topics of two types, or two services, one name.
 
-    ``topics`` and ``services`` are all that the process has, types by the names before remaps.
+    ``topics`` and ``services`` are all that the process has, types by the names before remaps, and
+    ``actions`` its actions. A remap of a name that is none of these changes nothing: the log says
+    so.
     """
     services = services or {}
+    _tell_idle(node, [*topics, *services, *actions], actions)
     own = {one.service_name: one.srv_type for one in node.services}
     for what, resolved, types in (
             ('topic', node.resolve_topic_name, {**EVERYWHERE, **topics}),
@@ -105,6 +118,31 @@ def refuse_shared(node: Node, topics: Mapping[str, type | str],
                 raise SharedName(f'{other} ({of_other}) and {name} ({text}) would both be the '
                                  f'{what} {resolved(name)}; change the remaps (-r {name}:=...) so '
                                  'that each has a name of its own')
+
+
+def _tell_idle(node: Node, names: Collection[str], actions: Collection[str]) -> None:
+    """Warn of each remap of the command line whose name is none of those that the node has."""
+    def whole(name: str) -> str:
+        return expand_topic_name(name, node.get_name(), node.get_namespace())
+
+    known = {whole(name) for name in (*names, *EVERYWHERE, '/clock', *_OWN)}
+    parts = tuple(f'{whole(action)}/_action/' for action in actions)
+    for rule in dict.fromkeys(_remaps()):
+        of, source = _REMAP.match(rule).groups()
+        if (of in (None, node.get_name()) and not source.startswith('__')
+                and whole(source) not in known and not whole(source).startswith(parts)):
+            node.get_logger().warning(
+                f'the remap {rule} changes nothing: {node.get_name()} has no topic, service or '
+                f'action {source!r}; {or_what(source, names, "it has")}')
+
+
+def _remaps() -> Iterator[str]:
+    """Return the rules of the command line that remap names."""
+    ours = False
+    for word, after in pairwise([*sys.argv, '']):
+        ours = word == '--ros-args' or ours and word != '--'
+        if ours and word in ('-r', '--remap'):
+            yield after
 
 
 def _parts_of(file: Any, above: str = '') -> Iterator[str]:

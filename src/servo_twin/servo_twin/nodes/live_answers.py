@@ -17,7 +17,7 @@ from ..physics.servo import ServoError
 from ..recording.sample_joining import Joiner
 from ..recording.waiting_blocks import Block, WaitingBlocks
 from . import message_conversion as conversion
-from .given_parameters import refuse_shared
+from .given_parameters import judge_remaps
 from .mixed_topics import mixed
 from .plot_residuals import PlotResiduals, TOPIC
 from .topic_qos import OVERRIDABLE, sample_qos
@@ -30,7 +30,7 @@ AGAIN = 1.0
 
 def judge_names(node: LifecycleNode) -> None:
     """Raise SharedName where remaps give two of the twin's topics or services one name."""
-    refuse_shared(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
+    judge_remaps(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
                   {'twin/load_servo': LoadServo})
 
 

@@ -3,11 +3,11 @@ The job that retrains a servo file from bags.
 
 `python -m servo_identify.jobs.live.retrain_job SPEC`
 
-SPEC is a JSON file: `servo` (path), `bags` (paths), `learn` (names, see :func:`wanted`), `output`
-(path of the servo file to write). The loss that is reported on the way is the fit's cost, or the
-network's mean square error on what is kept back; `loss_before` and `loss_after` are the fit's
-costs where only parameters are fitted, else what the old and the new servo leave of the balances
-over the bags, in noise floors (see compare_job).
+SPEC is a JSON file: `servo` (path), `bags` (paths), `stretch` (from and to, s, of each bag),
+`learn` (names, see :func:`wanted`), `output` (path of the servo file to write). The loss that is
+reported on the way is the fit's cost, or the network's mean square error on what is kept back;
+`loss_before` and `loss_after` are the fit's costs where only parameters are fitted, else what the
+old and the new servo leave of the balances over the bags, in noise floors (see compare_job).
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ import sys
 
 import numpy as np
 
-from servo_twin.bag import read_recording
 from servo_twin.description import servo_file
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
+from ...data.reading import read_looked_at
+from ...data.stretch import Stretch
 from ...fit.fit_choices import LEARNED
 from ...fit.output_error import fit, Progress
 from .compare_job import judge
@@ -70,7 +71,8 @@ def main(arguments: list[str]) -> int:
         report(stage='reading', progress=0.0)
         servo = servo_file.load(spec['servo'])
         learned, free = wanted(servo, spec['learn'])
-        recordings = [read_recording(bag) for bag in spec['bags']]
+        recordings = read_looked_at(spec['bags'], spec['servo'],
+                                    stretch=Stretch(*spec['stretch']))
         before, losses = servo, {}
         if free:
             servo, losses = _fit(servo, recordings, free, bool(learned))
