@@ -108,6 +108,27 @@ def test_volts_that_are_lost_softly_are_found_beside_cogging():
     assert answer.report.gap['solved'] > 0.6
 
 
+@pytest.mark.slow
+def test_a_dead_band_is_found_beside_a_weight_under_a_command_that_trembles():
+    """An encoder of counts has its controller tremble, and no motion shows how."""
+    rig = HOBBY.with_effects(
+        Placed('band', find('drive_dead_band'), 'command'), Placed('arm', find('gravity'), 'load'),
+        values={'effects.band.half_width': 0.6, 'effects.band.regain': 1e6,
+                'effects.arm.cosine': 0.05, 'effects.arm.sine': -0.2})
+    several, row = [], 2e-3
+    for seed in (1, 2):
+        time, chance = np.arange(round(15.0 / row)) * row, np.random.default_rng(seed)
+        command = 0.5 * chance.standard_normal(len(time)) + sum(
+            1.5 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
+        one = sampled(rig, command, seed=seed, period=row)
+        gone = np.full(len(time), np.nan)
+        several.append(replace(one, columns={
+            **one.columns, 'load_position': gone, 'torque': gone, 'current': gone},
+            family='multisine', name=f'multisine_{seed}'))
+    assert named_by_equations(several, HOBBY) == {
+        ('drive_dead_band', 'command'), ('gravity', 'load')}
+
+
 @pytest.mark.long
 def test_a_chopper_that_limits_the_current_saturates_the_drive():
     limited = HOBBY.with_effects(Placed('e', find('current_limit'), 'current'),

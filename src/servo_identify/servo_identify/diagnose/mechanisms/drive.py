@@ -26,12 +26,13 @@ CEILINGS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.58, 0.66, 0.74, 0.82, 0.9, 0.96)
 """Shares of the largest command from which less may come."""
 
 LAGS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # sample periods
-SHARES = (0.0, 1.0)  # of a command that comes late: more than all of it would be turned round
+SHARES = (0.0, 1.0)  # of a command that is lost or late: more than all would turn it round
 DELAYS = (0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 18.0, 27.0)
 BEGINS, ENDS = (0.02, 1.0), (0.05, 10.0)
 """Shares of the top speed at which the top command begins to be cut, and over which it is."""
 GAINS = np.array((1.0 / FAR - 1.0, -1.0)), np.array((FAR - 1.0, 1.0))
 """By what shares the gain of a drive may be off, and by what by the sign of the command."""
+Command = Callable[[EquationErrors], np.ndarray]
 SLOWEST = 0.01  # limit of the rate of a command, share of the fastest change that was asked for
 
 
@@ -48,12 +49,12 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         return
 
     def shaped(name: str, change: Callable[[np.ndarray], np.ndarray], signs: list[int],
-               knots: tuple[float, ...] = (), site: str = 'command', **more: Any
-               ) -> Hypothesis | None:
+               knots: tuple[float, ...] = (), site: str = 'command',
+               command: Command = asked, **more: Any) -> Hypothesis | None:
         mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
-        form = Form('command', 'V', 'V', _command, change)
+        form = Form('command', 'V', 'V', lambda one: one.inner(command(one)), change)
         return builder.hypothesis(
-            mechanism, through(builder, lambda one: change(one.regressor_command)),
+            mechanism, through(builder, lambda one: change(command(one))),
             signs, knots, form=form, **more)
 
     def band(command: np.ndarray) -> np.ndarray:
@@ -75,13 +76,18 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     opens = builder.best_shape(BANDS[0] * top, BANDS[-1] * top, lambda width: through(
         builder, lambda one: gate(one.regressor_command, width)).table[:, 0], residual)
     gates = tuple(share * opens for share in ABOUT)
+    # within a dead band the motion does not show how a command trembles
+    by = (asked,) if all('current' in one.measured.channels for one in builder.samples.errors
+                         ) else (asked, recorded)
     yield from filter(None, (
-        shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        *(shaped('drive_dead_band', band, [1] * len(BANDS), tuple(s * top for s in BANDS),
+                 command=one, room=SHARES) for one in by),
         # a drive that comes with all of the command once it comes
         shaped('drive_dead_band', lambda command: gate(command, *gates), [1] * len(ABOUT),
-               gates, tried=SHAPES, detail={'opens': True}),
+               gates, tried=SHAPES, detail={'opens': True}, room=SHARES),
         # one whose answer to small commands fades in, as that of a push-pull stage
-        shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS)),
+        shaped('drive_dead_band', rounded, [1] * len(BANDS), tuple(s * top for s in BANDS),
+               room=SHARES),
         dead_time(builder), *sag(builder, residual),
         shaped('drive_saturation', ceiling, [1] * len(CEILINGS),
                tuple(s * top for s in CEILINGS)),
@@ -185,8 +191,14 @@ def _change(late: Callable[[np.ndarray, float, float], np.ndarray], times: tuple
     return np.column_stack([late(command, time, period) - command for time in times])
 
 
-def _command(one: EquationErrors) -> np.ndarray:
-    return one.inner(one.regressor_command)
+def asked(one: EquationErrors) -> np.ndarray:
+    """Return the command by which a drive is evaluated, V at every sample."""
+    return one.regressor_command
+
+
+def recorded(one: EquationErrors) -> np.ndarray:
+    """Return the command as it was recorded, V at every sample."""
+    return one.measured.column('voltage', 0.0)
 
 
 def _beyond(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
