@@ -168,8 +168,8 @@ def _left(rest: Mapping[str, Mapping[str, Any]] | None, balance: str,
     several = [f'{one["rms"]:.2g} {one["unit"]} of the {PLACES.get(name, name)}, changing within '
                f'{one["seconds"]:.2g} s' for name, one in rest.items()]
     text = f' What is left follows nothing that was recorded: {listed(several)}.'
-    return text + (' A torque from outside does that, as wind or a hand.' if any(
-        name in TORQUES for name in rest) else '')
+    return text + (' A torque from outside does that, as wind or a hand, or a law that the list '
+                   'lacks.' if any(name in TORQUES for name in rest) else '')
 
 
 def _of_controller(one: MissingEffect) -> str:

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import bridged
 from .builder import Builder
-from .hypothesis import Form, Hypothesis, Mechanism, Series
+from .hypothesis import ANY, Form, Hypothesis, Mechanism, Series
 from .memory import relaxation, resonator
 from .orders import periodic, waves
 from .shaft_friction import shaft_equation
@@ -133,7 +133,12 @@ def _saturation(builder: Builder) -> Hypothesis | None:
 
 
 def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
-    """A mass on a spring, beside the load of the file or a part of it: frequency and damping."""
+    """
+    A mass on a spring, beside the load of the file or a part of it: frequency and damping.
+
+    Some of the load stays on the shaft. Were all of it on the spring, that would be the
+    transmission's.
+    """
     mechanism = Mechanism('payload_resonance', 'torque', 'load', ('acceleration',), 'odd',
                           memory=True)
     rate = max(1.0 / (one.motion.test.spacing * one.measured.period)
@@ -156,6 +161,8 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
         return beside(lambda one: -np.column_stack([resonator(
             pushed[id(one)], one.measured.period, tone, damping) for tone in tones]))
 
+    whole = builder.samples.servo.numbers['mechanism.load_inertia']
+    least, _ = builder.samples.servo.tolerance.get('mechanism.load_inertia', (whole, whole))
     tones = np.geomspace(low, high, FREQUENCIES)
     grid = [(damping, swinging(tones, damping)) for damping in DAMPINGS]
     for part in (False, True):
@@ -177,8 +184,8 @@ def _payload(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
 
         one = builder.hypothesis(
             mechanism, builder.place('load_torque', torque), [1], (tone,),
-            tried=FREQUENCIES * len(DAMPINGS), detail={'damping': damping} | (
-                {'law': 'payload_resonance'} if part else {}))
+            tried=FREQUENCIES * len(DAMPINGS), room=(0.0, least) if part else ANY,
+            detail={'damping': damping} | ({'law': 'payload_resonance'} if part else {}))
         if one:
             yield one
 
