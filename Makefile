@@ -30,7 +30,7 @@ demo: setup  ## leave an effect out of a twin, record, diagnose: the answer besi
 test: training  ## run the tests but the long ones; WORKERS=2, ARGS=... goes to pytest
 	@$(WITH_ENV) $(PYTEST) tests -n $(WORKERS) --dist worksteal -m 'not long' -o faulthandler_timeout=600 $(ARGS)
 
-test-long: training  ## run the tests that take ten seconds and more, and all drives; some twenty-five minutes
+test-long: training  ## run the tests that take ten seconds and more, and all drives; some half an hour
 	@$(WITH_ENV) $(PYTEST) tests -n 2 --dist worksteal -m long $(ARGS)
 
 fast: setup  ## run the tests that start no ROS graph and take less than two seconds each
