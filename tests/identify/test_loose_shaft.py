@@ -93,6 +93,7 @@ def test_the_width_is_told_by_when_the_other_flank_is_met(gap, shaft):
     assert np.sum((left + width * column) ** 2) < 0.4 * np.sum(left**2)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('shaft', ENCODERS)
 def test_a_transmission_without_a_gap_is_given_none(shaft):

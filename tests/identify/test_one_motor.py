@@ -65,6 +65,7 @@ def test_a_supply_that_sags_is_no_saturation():
     assert drop == pytest.approx(0.03, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_battery_that_also_sags_slowly_is_one_sag():
     lost = {'drop': 0.02, 'slow': 0.05, 'settling': 0.15,

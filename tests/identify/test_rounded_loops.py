@@ -46,6 +46,7 @@ def rig(tmp_path, monkeypatch):
         'effects.loop.exponent': exponent})
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('blind', [(), ('torque',)], ids=['torque sensor', 'without'])
 @pytest.mark.parametrize('exponent', [0.7, 2.0])

@@ -161,6 +161,7 @@ def test_a_gain_that_creeps_is_the_sensors(channel, name):
     assert named_by_equations(several) == {(name, channel)}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('times', [
     lambda u: np.where(u > 0.0, 1.2, 1.0), lambda u: np.linspace(1.0, 0.8, len(u))])
@@ -299,6 +300,7 @@ def test_a_coupling_that_is_stiffer_one_way_has_a_nonlinear_stiffness():
     assert report.which[0].parameters['difference']['value'] == pytest.approx(difference, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_friction_that_rises_from_rest_before_it_falls_is_stribeck_friction():
     """Makkar's film: tanh(8 s) - tanh(s / 2), which falls sooner than an eddy brake's 1 / s."""

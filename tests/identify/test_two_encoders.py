@@ -96,6 +96,8 @@ def test_one_encoder_alone_is_refused():
         diagnose(alone, servo_file.loads(RIGID))
 
 
+@pytest.mark.long
+@pytest.mark.slow
 @pytest.mark.parametrize('split', range(4))
 def test_the_lost_motion_of_a_vacuum_axis_is_the_published_one(shared_data, split):
     """

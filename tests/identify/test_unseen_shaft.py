@@ -124,6 +124,7 @@ def test_a_file_with_another_spring_is_given_the_right_one(shaft, stiffness):
     named(shaft, servo(shaft, f'two_inertia, stiffness: {stiffness}, damping: 1.0'))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize('shaft', COUNTS)
 def test_a_file_with_the_right_spring_lacks_nothing(shaft):

@@ -104,6 +104,8 @@ def test_the_hybrid_halves_the_error_at_a_feed_that_it_has_not_seen(axis, models
     assert found['hybrid']['rmse'] <= 0.5 * found['analytical']['rmse']
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_the_network_leaves_the_motor_as_it_was_and_can_be_taken_off(axis, models):
     alone, both = (rolled(models[m], axis['test'][0], 'closed_loop') for m in (
         'analytical', 'hybrid'))

@@ -77,6 +77,8 @@ def test_an_fmu_that_moves_as_one_goes_as_the_rigid_mechanism(fmus, version):
     assert np.abs(theirs[:, 2] - ours[:, 2]).max() < 1e-6 * np.ptp(ours[:, 2])
 
 
+@pytest.mark.long
+@pytest.mark.slow
 def test_speeds_and_one_angle_may_be_missing_and_a_sign_turned(fmus):
     outputs = '{motor_angle: phi_m, load_angle: phi_l, torque: tau}'
     inputs = '{motor_torque: tau_m, external_torque: {variable: tau_ext, factor: 1.0}}'
