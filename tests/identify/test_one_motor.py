@@ -28,20 +28,23 @@ effects:
 ROW = 0.01  # s, and J R / (K_m K_e) is 3.6 ms
 
 
-def moved(rig, seed, lost=0.0, row=ROW, size=1.2, softly=0.0):
+def moved(rig, seed, lost=0.0, row=ROW, size=1.2, softly=0.0, trembles=0.0, measured=True):
     """
     Return a recording of a motor; at 100 Hz it answers within a row.
 
-    By the sign of its current volts are ``lost``, A ``softly``.
+    By the sign of its current volts are ``lost``, A ``softly``. The command ``trembles`` by some
+    V; the current is ``measured`` or not.
     """
     time = np.arange(round(15.0 / row)) * row
     command = sum(size * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
+    command = command + trembles * np.random.default_rng(seed).standard_normal(len(time))
     one = sampled(rig, command, seed=seed, period=row)
     gone = np.full(len(time), np.nan)
     current = one.columns['current']
     sign = np.tanh(current / softly) if softly else np.sign(current)
     return replace(one, columns={**one.columns, 'load_position': gone, 'torque': gone,
-                                 'voltage': command + lost * sign},
+                                 'voltage': command + lost * sign,
+                                 'current': current if measured else gone},
                    family='multisine', name=f'multisine_{seed}')
 
 
@@ -116,16 +119,8 @@ def test_a_dead_band_is_found_beside_a_weight_under_a_command_that_trembles():
         Placed('band', find('drive_dead_band'), 'command'), Placed('arm', find('gravity'), 'load'),
         values={'effects.band.half_width': 0.6, 'effects.band.regain': 1e6,
                 'effects.arm.cosine': 0.05, 'effects.arm.sine': -0.2})
-    several, row = [], 2e-3
-    for seed in (1, 2):
-        time, chance = np.arange(round(15.0 / row)) * row, np.random.default_rng(seed)
-        command = 0.5 * chance.standard_normal(len(time)) + sum(
-            1.5 * np.sin(2.0 * np.pi * f * time + seed + 3.0 * f) for f in (0.3, 1.1, 2.7))
-        one = sampled(rig, command, seed=seed, period=row)
-        gone = np.full(len(time), np.nan)
-        several.append(replace(one, columns={
-            **one.columns, 'load_position': gone, 'torque': gone, 'current': gone},
-            family='multisine', name=f'multisine_{seed}'))
+    several = [moved(rig, seed, row=2e-3, size=1.5, trembles=0.5, measured=False)
+               for seed in (1, 2)]
     assert named_by_equations(several, HOBBY) == {
         ('drive_dead_band', 'command'), ('gravity', 'load')}
 

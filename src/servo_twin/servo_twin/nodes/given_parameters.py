@@ -94,7 +94,7 @@ def refuse_unknown(node: Node) -> None:
 
 
 def judge_remaps(node: Node, topics: Mapping[str, type | str],
-                  services: Mapping[str, type] | None = None, actions: Collection[str] = ()
+                 services: Mapping[str, type] | None = None, actions: Collection[str] = ()
                  ) -> None:
     """
     Raise SharedName where remaps give topics of two types, or two services, one name.

@@ -31,7 +31,7 @@ AGAIN = 1.0
 def judge_names(node: LifecycleNode) -> None:
     """Raise SharedName where remaps give two of the twin's topics or services one name."""
     judge_remaps(node, {**conversion.TOPICS, **ANSWERS, TOPIC: PlotResidual, 'events': Event},
-                  {'twin/load_servo': LoadServo})
+                 {'twin/load_servo': LoadServo})
 
 
 class LiveAnswers:

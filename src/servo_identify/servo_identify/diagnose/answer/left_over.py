@@ -37,10 +37,12 @@ def left_over(evidence: Evidence) -> dict[str, dict[str, object]]:
     ``rms`` in the ``unit`` of the equation, and ``seconds``: the time constant with which what is
     left forgets itself.
     """
+    off = still_off(evidence)
+    if not off:
+        return {}
     samples, found = evidence.found.samples, {}
     rest = residuals(evidence, evidence.found.explanation.smallest)
-    for name in still_off(evidence):
-        rows = samples.rows(name)
+    for name in off:
         several = []
         for number, errors in enumerate(samples.errors):
             if name in errors.equations:
@@ -48,7 +50,7 @@ def left_over(evidence: Evidence) -> dict[str, dict[str, object]]:
                 series = np.full(len(kept), np.nan)
                 series[kept] = rest[samples.part(number, name)]
                 several.append((series, float(np.median(np.diff(errors.times(name))))))
-        found[name] = {'rms': float(np.sqrt(np.mean(rest[rows]**2))),
+        found[name] = {'rms': float(np.sqrt(np.mean(rest[samples.rows(name)]**2))),
                        'unit': evidence.servo.reads(UNITS[name], name),
                        'seconds': correlation_time(several)}
     return found
@@ -61,18 +63,19 @@ def correlation_time(several: Sequence[tuple[np.ndarray, float]]) -> float:
     Each comes with its spacing, s, and may hold NaN. A series that is as much alike at all lags
     gives half of the longest.
     """
-    spacing = several[0][1]
-    most = max(len(series) for series, _ in several) // 2
+    widest = max(spacing for _, spacing in several)
+    most = int(max(len(series) * spacing for series, spacing in several) / widest) // 2
     power = sum(float(np.nansum(series**2)) for series, _ in several)
     count = sum(int(np.isfinite(series).sum()) for series, _ in several)
     before = 1.0
     for lag in range(1, most):
-        products = [series[lag:] * series[:-lag] for series, _ in several if len(series) > lag]
+        rows = [(series, round(lag * widest / spacing)) for series, spacing in several]
+        products = [series[k:] * series[:-k] for series, k in rows if len(series) > k]
         pairs = sum(int(np.isfinite(one).sum()) for one in products)
         if not pairs or not power:
             break
         now = sum(float(np.nansum(one)) for one in products) / pairs * count / power
         if now < CORRELATED:
-            return spacing * (lag - (CORRELATED - now) / (before - now))
+            return widest * (lag - (CORRELATED - now) / (before - now))
         before = now
-    return spacing * most
+    return widest * most

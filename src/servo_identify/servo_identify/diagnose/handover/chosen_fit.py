@@ -68,11 +68,9 @@ def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Rec
         added = left_out(best.added, number)
     if not added:
         joint, files = None, [_Standing(file.given, helps=True)]
-    handover = None
-    for one in reversed(files):
-        handover = _handover(one, file, several, outside, joint, fitting, warnings, handover)
-    assert handover is not None
-    return handover
+    first, *others = [_handover(one, file, several, outside, joint, fitting, warnings)
+                      for one in files]
+    return replace(first, otherwise=others[0] if others else None)
 
 
 @dataclass(frozen=True)
@@ -84,10 +82,10 @@ class _Standing:
 
 
 def _handover(one: _Standing, file: GivenFile, begun: Sequence[Added], outside: Sequence[Added],
-              joint: Estimate | None, fitting: Sequence[Recording], warnings: Sequence[str],
-              otherwise: Handover | None) -> Handover:
+              joint: Estimate | None, fitting: Sequence[Recording], warnings: Sequence[str]
+              ) -> Handover:
     """
-    Return what is handed over of effects in a file; ``otherwise`` stands in where it does worse.
+    Return what is handed over of effects in a file.
 
     ``begun`` are the effects as the equations have them, ``outside`` those of no simulation.
     """
@@ -107,7 +105,7 @@ def _handover(one: _Standing, file: GivenFile, begun: Sequence[Added], outside: 
         f'moved within tolerance in the new file: {", ".join(moved)}; without that, what is '
         'added brings the simulation nearer in some recordings only']
     return Handover(servo, tried.base, added, patch, refit, file.moved, joint, one.helps, gaps,
-                    (*warnings, *said), stds, otherwise)
+                    (*warnings, *said), stds)
 
 
 def _together(starts: Sequence[Servo], added: Sequence[Added], tolerated: Sequence[str],
