@@ -6,10 +6,13 @@ from typing import Any
 
 from .words import between, known, number, percent, ratio, shortened, spoken, unit
 
-STEPS = (('twin as given', 'as_given', 'twin'),
-         ('values within tolerance', 'within_tolerance', 'left'),
-         ('values refitted', 'refitted', 'left'), ('augmented twin', 'after', 'augmented'))
-"""Stages of the twin, with the field of ``report.gap`` and the colour of the bar."""
+GIVEN = (('twin as given', 'as_given', 'twin'),
+         ('values within tolerance', 'within_tolerance', 'left'))
+ADDED = (*GIVEN, ('augmented twin', 'after', 'augmented'),
+         ('augmented, refitted', 'refitted', 'left'))
+REFITTED = (*GIVEN, ('values refitted', 'refitted', 'left'))
+"""Stages of a twin to which something is added, and of one to which nothing is: their fields of
+``report.gap``, and the colours of their bars."""
 
 COLUMNS = {'given': 'as given', 'within': 'within tolerance', 'after': 'augmented',
            'noise': 'noise', 'fit': 'fit as given'}
@@ -25,8 +28,8 @@ def gap_bars(gap: dict[str, Any], added: bool) -> list[dict[str, Any]]:
     values = {'as_given': gap.get('before'), **{k: v for k, v in gap.items() if v is not None}}
     if 'within_tolerance' not in gap:
         values['within_tolerance'] = gap.get('before')
-    wanted = [one for one in STEPS if one[1] != 'after' or added]
-    steps = [(step, value, tone) for step, key, tone in (*wanted, ('noise floor', 'floor', 'fine'))
+    wanted = (*(ADDED if added else REFITTED), ('noise floor', 'floor', 'fine'))
+    steps = [(step, value, tone) for step, key, tone in wanted
              if known(value := values.get(key))]
     most = max((abs(value) for _, value, _ in steps), default=0.0) or 1.0
     return [{'step': step, 'said': percent(value, 3), 'tone': tone,
