@@ -274,6 +274,21 @@ def test_a_shape_is_sought_with_its_amplitude_free_or_as_it_is():
     assert (begin, swing) == pytest.approx((0.6, 0.2), rel=0.05)
 
 
+def test_a_narrow_resonance_is_found_within_five_decades():
+    tones = np.geomspace(0.1, 1000.0, 4000)
+
+    def swing(stiffness, damped):
+        tone = tones / np.sqrt(stiffness)
+        return 1.0 / (1.0 - tone**2 + 2j * damped * tone)
+
+    def column(*numbers):
+        return np.concatenate((swing(*numbers).real, swing(*numbers).imag))
+
+    found = best_shapes([(1.0, 1e5), (0.01, 1.0)], column, -column(320.0, 0.03), whole=True,
+                        shapes=(47, 4))
+    assert found == pytest.approx((320.0, 0.03), rel=0.05)
+
+
 @pytest.mark.long
 @pytest.mark.slow
 def test_friction_that_no_line_within_tolerance_follows_is_handed_over_as_its_curve():

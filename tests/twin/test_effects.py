@@ -32,8 +32,8 @@ torque_ripple torque_saturation current_sensor_offset current_sensor_gain gravit
 current_lag command_delay drive_dead_band drive_saturation nonlinear_stiffness backlash
 load_dependent_backlash position_dependent_backlash hysteresis transmission_error
 load_encoder_eccentricity sensor_delay torque_sensor_gain torque_sensor_offset payload_resonance
-relaxing_spring command_rate_limit torque_speed_limit sensor_lag viscoelasticity
-torque_sensor_inertia
+relaxing_spring command_rate_limit torque_speed_limit braking_power_limit sensor_lag
+viscoelasticity torque_sensor_inertia
 """.split()
 """The effects among the table of signatures of GAP_METHOD.md; the rest of it are parameters."""
 

@@ -231,6 +231,29 @@ def test_a_drive_out_of_voltage_gives_less_while_it_drives_and_all_while_it_brak
     assert gives(20.0, 250.0) == 0.0 and gives(0.0, 250.0) == 0.0
 
 
+def test_a_drive_that_takes_little_back_brakes_with_so_much_power_and_drives_with_all():
+    effect = find('braking_power_limit')
+    p = parameters(effect, power=600.0)
+
+    def gives(command, speed):
+        return effect.law(p, np.zeros(1), effect.motion(command, speed, 0.0), 1e-3)
+
+    assert gives(20.0, 100.0) == 20.0 and gives(20.0, 0.0) == 20.0
+    assert gives(-20.0, 100.0) == pytest.approx(-6.0) and gives(20.0, -100.0) == pytest.approx(6.0)
+    assert gives(-5.0, 100.0) == -5.0  # 500 of the 600
+
+
+def test_the_overlap_of_a_valve_is_left_out_each_way_by_its_own_width():
+    effect = find('uneven_dead_band')
+    p = parameters(effect, positive=0.4, negative=0.6)
+
+    def gives(command):
+        return effect.law(p, np.zeros(1), effect.motion(command, 0.0, 0.0), 1e-3)
+
+    assert [gives(one) for one in (0.3, -0.5, 0.0)] == [0.0, 0.0, 0.0]
+    assert [gives(one) for one in (1.4, -1.6)] == pytest.approx([1.0, -1.0])
+
+
 def test_a_reading_behind_a_filter_shows_63_percent_of_a_step_in_its_time():
     effect, h = find('sensor_lag'), 1e-4
     p, s = parameters(effect, lag=0.02), np.zeros(2)

@@ -135,6 +135,8 @@ SKETCHES: dict[str, tuple[str, str, Callable[[], Curve], Callable[[], Curve]]] =
         TIME, np.clip(1.6 * (TIME - 0.2), 0.0, 1.0)), lambda: (TIME, 1.0 * (TIME > 0.2))),
     'torque_speed_limit': ('speed', 'current', lambda: (
         X, np.minimum(1.0, 1.3 - 1.2 * X)), lambda: (X, 1.0 + 0.0 * X)),
+    'braking_power_limit': ('speed', 'current of braking', lambda: (
+        X, np.minimum(1.0, 0.4 / np.maximum(X, 0.4))), lambda: (X, 1.0 + 0.0 * X)),
     'sensor_lag': ('time', 'reading', lambda: (
         TIME, (TIME > 0.2) * (1.0 - np.exp(-8.0 * np.maximum(TIME - 0.2, 0.0)))),
         lambda: (TIME, 1.0 * (TIME > 0.2))),

@@ -34,6 +34,8 @@ SHOWN_BY = {
     'command_delay': 'a chirp: its phase falls in proportion to frequency, its gain does not',
     'torque_speed_limit': 'the same large command at standstill and at speed: only at speed is '
                           'current missing',
+    'braking_power_limit': 'hard stops from several speeds: only from high speed do they take '
+                           'longer than asked',
     'command_rate_limit': 'jumps of the command, small and large: only the large ones are late',
     'supply_sag': 'large currents at standstill and at speed: volts are missing where both the '
                   'current and the command are large',

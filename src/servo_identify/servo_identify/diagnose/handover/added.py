@@ -153,7 +153,8 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
             waves.append(Formed(effect, {effect.amplitudes()[0]: float(mean[0])},
                                 effect.amplitudes()[:1], True))
         effects = _placed(part, waves, site, taken)
-        return replace(effects, stds=wave_stds(part.curve, effects.placed, effects.values))
+        return _with_contact(replace(effects, stds=wave_stds(
+            part.curve, effects.placed, effects.values)), servo, one)
     if part.way and part.curve is not None:
         return _placed(part, one_way(part.curve, part.way), site, taken)
     if warms(one) and amplitudes[-1]:
@@ -185,7 +186,7 @@ def _added(found: Explained, part: Part, taken: set[str], changed: Mapping[str, 
 
 
 def _with_contact(added: Added, servo: Servo, one: Hypothesis) -> Added:
-    """Return an added clearance with the spring on which teeth meet, where the servo has none."""
+    """Return what acts between teeth with the spring on which they meet, where there is none."""
     if 'contact' not in one.detail:
         return added
     values, step = met(servo, one.detail['contact'])

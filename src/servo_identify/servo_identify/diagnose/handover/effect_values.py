@@ -81,6 +81,7 @@ SHAPED: dict[str, Callable[[Hypothesis, np.ndarray], dict[str, float]]] = {
     'command_rate_limit': lambda one, a: {'rate': float(one.knots[0])},
     'torque_speed_limit': lambda one, a: {'limit': float(one.knots[0]),
                                           'slope': float(one.detail['slope'])},
+    'braking_power_limit': lambda one, a: {'power': float(one.knots[0])},
     'torque_sensor_inertia': lambda one, a: {'inertia': float(a[0])},
     'relaxing_spring': lambda one, a: {'stiffness': float(a[0]), 'time': float(one.knots[0])},
     'viscoelasticity': lambda one, a: {  # and by how much more it is so at once

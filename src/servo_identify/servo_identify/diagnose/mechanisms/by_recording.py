@@ -33,7 +33,8 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
             yield from filter(None, (_friction(builder, site, changes),
                                      _viscous(builder, site, changes)))
     if 'load' in sides:
-        yield from filter(None, (_weight(builder),))
+        turns = builder.turns('load_angle')
+        yield from filter(None, (_weight(builder, hangs) for hangs in (False, True)[:1 + turns]))
     if 'transmission' in builder.samples.present:
         yield from filter(None, (_clearance(builder),))
     has = frozenset.intersection(*(one.measured.channels for one in errors))
@@ -101,21 +102,20 @@ def with_changes(motion: Motion, size: np.ndarray, changes: bool) -> np.ndarray:
     return np.column_stack([size, size * time / max(np.ptp(time), 1e-9)][:1 + changes])
 
 
-def _weight(builder: Builder) -> Hypothesis | None:
-    """A weight at the load that differs, as that of a part which is held in some recordings."""
+def _weight(builder: Builder, hangs: bool) -> Hypothesis | None:
+    """A part that is held in some recordings and ``hangs``, or a steady push as that of wind."""
     errors = builder.samples.errors
-    turns = builder.turns('load_angle')
 
     def pull(one: EquationErrors) -> np.ndarray:
-        return waves(one.motion['load_angle'], (1.0,)) if turns else np.ones(
+        return waves(one.motion['load_angle'], (1.0,)) if hangs else np.ones(
             (len(one.motion.rows), 1))
 
-    mechanism = Mechanism('gravity' if turns else 'constant_torque', 'torque', 'load',
+    mechanism = Mechanism('gravity' if hangs else 'constant_torque', 'torque', 'load',
                           (BY_RECORDING,), 'even')
-    knots = [k for k in range(len(errors)) for _ in range(1 + turns)]
+    knots = [k for k in range(len(errors)) for _ in range(1 + hangs)]
     return builder.hypothesis(mechanism, builder.place(
         'load_torque', partial(apart, errors, pull)), [0] * len(knots), knots,
-        detail={'told': partial(_pulls, names_of(builder)) if turns else
+        detail={'told': partial(_pulls, names_of(builder)) if hangs else
                 partial(_lies, names_of(builder), 'N m', 'load')})
 
 

@@ -12,7 +12,8 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import shifted
 from .builder import Builder
 from .clocks import delay_by, late_reading, smooth_angle
-from .drive import delay_of_command, DELAYS, SHARES
+from .drive import delay_of_command, DELAYS
+from .drive_limits import SHARES
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .orders import periodic, waves
 from .shaft_friction import shaft_equation

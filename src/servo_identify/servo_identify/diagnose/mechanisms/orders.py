@@ -60,12 +60,7 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
     found, tried = orders_of(builder, equation, angle, residual, times, least, lowest)
     if not found:
         return
-    first = found[0]
-    bases = [first / k for k in (1, 2, 3)
-             if k == 1 or first % k == 0 and first / k >= lowest]
-    series = (tuple(base * k for k in range(1, multiples + 1))
-              for base in bases for multiples in SERIES)
-    for some in dict.fromkeys(((first,), *series, found[:MOST // 2], found)):
+    for some in series_of(found, lowest):
         orders = (0.0, *some)[not mean:]
         columns = builder.place(signal, _waving(factor, angle, orders))
         knots = tuple(order for order in orders for _ in range(2))
@@ -77,12 +72,23 @@ def periodic(builder: Builder, mechanism: Mechanism, residual: np.ndarray, equat
             yield one
 
 
+def series_of(found: tuple[float, ...], lowest: int = 1) -> list[tuple[float, ...]]:
+    """Return the sets of orders that are tried together, of those that were ``found``."""
+    first = found[0]
+    bases = [first / k for k in (1, 2, 3)
+             if k == 1 or first % k == 0 and first / k >= lowest]
+    series = (tuple(base * k for k in range(1, multiples + 1))
+              for base in bases for multiples in SERIES)
+    return list(dict.fromkeys(((first,), *series, found[:MOST // 2], found)))
+
+
 def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray, times: str = '',
               least: float = 1.0, lowest: int = 1) -> tuple[tuple[float, ...], int]:
     """
     Return (orders at which the residual of an equation repeats over an angle, how many tried).
 
-    ``times`` names what the wave is multiplied by: direction, current, load, or the sign of this.
+    ``times`` names what the wave is multiplied by: direction, current, load, the sign of this, or
+    the square of the speed.
     An order is tried where the shaft covers at least so much of its period, ``least``. The
     strongest comes first.
     """
@@ -94,6 +100,9 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     factor = np.ones(len(target))
     if times == 'direction':
         factor = samples.of_motion(equation, 'direction')
+    elif times == 'square of speed':
+        factor = samples.of_motion(equation, 'load_speed') ** 2
+        factor /= factor.max(initial=0.0) or 1.0
     elif times == 'current':  # what the motion asks for: not every rig measures it, or the torque
         factor = samples.along(equation, lambda one, motion: builder.rippling(one))
         factor /= builder.scales.current or 1.0

@@ -34,15 +34,21 @@ def best_shape(low: float, high: float, column: Callable[[float], np.ndarray],
 
 def best_shapes(bounds: Sequence[tuple[float, float]],
                 column: Callable[..., np.ndarray], residual: np.ndarray,
-                whole: bool = False) -> tuple[float, ...]:
-    """Return the same of several numbers, each between its ``bounds``; ``column(*numbers)``."""
+                whole: bool = False, shapes: Sequence[int] = ()) -> tuple[float, ...]:
+    """
+    Return the same of several numbers, each between its ``bounds``; ``column(*numbers)``.
+
+    ``shapes`` of each are tried first.
+    """
+    shapes = shapes or [EACH] * len(bounds)
     def gain(logs: Sequence[float]) -> float:
         return _gain(column(*np.exp(logs)), residual, whole)
 
     edges = np.log(np.asarray(bounds))
-    grids = [np.linspace(float(low), float(high), EACH) for low, high in edges]
+    grids = [np.linspace(float(low), float(high), count)
+             for (low, high), count in zip(edges, shapes, strict=True)]
     best = max(product(*grids), key=gain)
-    steps = np.diag((edges[:, 1] - edges[:, 0]) / (2.0 * EACH))
+    steps = np.diag((edges[:, 1] - edges[:, 0]) / (2.0 * np.asarray(shapes)))
     inside = np.clip(np.asarray(best) + np.vstack((0.0 * steps[:1], steps)), *edges.T)
     found = minimize(lambda logs: -gain(logs), best, method='Nelder-Mead', bounds=edges,
                      options={'maxfev': REFINED, 'xatol': FINE, 'initial_simplex': inside})

@@ -21,6 +21,7 @@ from .lost_motion import as_gap, lost_motion
 from .orders import periodic, waves
 from .shape_search import SHAPES
 from .slip import slip
+from .unseen_error import at_load, PART, unseen_error
 from .unseen_shaft import asked, unseen_shaft
 
 BENDS = np.array((0.2, 0.35, 0.55, 0.75))
@@ -30,7 +31,6 @@ BEYOND = np.arange(0.1, 1.0, 0.1)  # shares from which it may be harder, or soft
 SOFT = (0.03, 0.1)  # shares up to which a clearance may take the load up: oil, rough flanks
 GROWS = (0.025, 0.06, 0.15, 0.35, 0.7)  # shares between which one may grow
 SHARES = ((1.0,), (1.0, 2.0))  # half waves over the travel of an axis, by which it is stiffer
-PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
 
 
 def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
@@ -39,6 +39,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         yield from filter(None, (unseen_shaft(builder, residual),))
         if 'torque' in builder.samples.present:
             yield from filter(None, (loose_shaft(builder, residual),))
+            yield from unseen_error(builder, residual)
         return
     top = builder.scales.torque
     if not builder.samples.servo.mechanism.compliant:
@@ -67,18 +68,7 @@ def transmission_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothes
         for one in periodic(builder, error, residual, 'transmission', 'motor_angle', 'torsion',
                             '', lambda one: np.ones(len(one.motion.rows)), 'rad', PART):
             yield _without_energy(builder, one)
-            yield _at_load(builder, one, ratio)
-
-
-def _at_load(builder: Builder, one: Hypothesis, ratio: float) -> Hypothesis:
-    """Return an error over the turn of the motor, counted at the load."""
-    form, turns = one.form, builder.turns('load_angle')
-    assert form is not None
-    whole = all(float(order).is_integer() for order in one.knots)
-    return replace(one, knots=tuple(ratio * order for order in one.knots), form=replace(
-        form, of=lambda errors: errors.motion['motor_angle'] / ratio,
-        shape=lambda x: form.shape(ratio * x),
-        period=form.period if turns or not whole else form.period / ratio))
+            yield at_load(builder, one, ratio)
 
 
 def _varying(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:

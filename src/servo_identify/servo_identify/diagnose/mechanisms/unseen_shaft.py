@@ -27,14 +27,15 @@ from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import Columns, Hypothesis, Mechanism
 from .loose_shaft import along_load
-from .shape_search import best_shape, best_shapes, EACH
+from .shape_search import best_shape, best_shapes, SHAPES
 
-Made = tuple[Columns, float, float]
-"""The columns, the stiffness (0: by the amplitude), and damping over stiffness, s."""
+Made = tuple[Columns, float, float, int]
+"""Columns, stiffness (0: by the amplitude), damping over stiffness (s), and how many tried."""
 
 OTHER = 6.0  # times as stiff, or as soft, as the file has it
 SWINGS = 4  # within the longest recording: a slower load is not told from the motion
 FASTEST = 0.25  # of the sampling rate: a faster one is not sampled
+APART, DAMPINGS = 0.25, 4  # log of the stiffness from one tried to the next: a resonance is narrow
 STEP = 0.1  # of a radian of a swing that is integrated at once
 DAMPED = (0.01, 1.0)  # share of critical damping of a load that swings
 RELAXES = (1.0 / 64.0, 16.0)  # sample periods between which damping over stiffness is sought
@@ -57,11 +58,11 @@ def unseen_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
         made = _behind_motor if builder.by_motor else _before_load
     if made is None:
         return None
-    columns, stiffness, relaxation = made(builder, residual)
+    columns, stiffness, relaxation, tried = made(builder, residual)
     mechanism = Mechanism('stiffness_error', 'mesh', 'mesh', ('load',), 'odd', memory=True)
     most = (1.0 + FORM) / stiffness if stiffness else np.inf  # what swings so does no more
     return builder.hypothesis(mechanism, columns, [1], (stiffness,), room=(0.0, most),
-                              tried=EACH, detail={'relaxation': relaxation})
+                              tried=tried, detail={'relaxation': relaxation})
 
 
 def _other_spring(builder: Builder, residual: np.ndarray) -> Made:
@@ -95,11 +96,13 @@ def _best(builder: Builder, bounds: tuple[float, float],
           columns: Callable[[float, float], Columns], residual: np.ndarray) -> Made:
     """Return what is made of the stiffness between ``bounds``, and damping, that do most."""
     load = builder.samples.servo.numbers['mechanism.load_inertia']
+    shapes = int(np.ceil(np.log(bounds[1] / bounds[0]) / APART)) + 1, DAMPINGS
     stiffness, damped = best_shapes(
         (bounds, DAMPED), lambda *numbers: builder.apart(
-            columns(*numbers).table[:, 0]) / numbers[0], builder.apart(residual), whole=True)
+            columns(*numbers).table[:, 0]) / numbers[0], builder.apart(residual), whole=True,
+        shapes=shapes)
     relaxation = 2.0 * damped * np.sqrt(load / stiffness)
-    return columns(stiffness, damped), stiffness, relaxation
+    return columns(stiffness, damped), stiffness, relaxation, shapes[0] * shapes[1]
 
 
 def _before_load(builder: Builder, residual: np.ndarray) -> Made:
@@ -114,7 +117,7 @@ def _before_load(builder: Builder, residual: np.ndarray) -> Made:
     relaxation = best_shape(
         RELAXES[0] * period, RELAXES[1] * period,
         lambda number: builder.apart(columns(number).table[:, 0]), builder.apart(residual))
-    return columns(relaxation), 0.0, relaxation
+    return columns(relaxation), 0.0, relaxation, SHAPES
 
 
 def _period(builder: Builder) -> float:

@@ -33,7 +33,7 @@ VARIABLES = {
 PORTS = {'coulomb_friction': 'friction', 'viscous_friction': 'friction'}
 LEVERS = ('mechanism.ratio', 'mechanism.efficiency')
 """Values that scale the balance of both shafts, counted at the load: a scale closes no gap."""
-INERTIAS = ('mechanism.rotor_inertia', 'mechanism.load_inertia')
+ROTOR, LINKS = 'mechanism.rotor_inertia', 'mechanism.load_inertia'
 LINKED = ((0.0, 1.0), (0.0, 2.0), (0.0, 1.0, 2.0, 3.0))
 """Orders of a turn by which the inertia of a crank or of a linkage varies."""
 
@@ -67,38 +67,31 @@ def values_of(builder: Builder) -> Iterator[Hypothesis]:
         if one:
             yield one
         # on one shaft it is the load that is picked up or linked, not the rotor
-        rotor = path == INERTIAS[0] and not servo.mechanism.compliant
+        rotor = path == ROTOR and not servo.mechanism.compliant
         if one and path in VARYING and not rotor:
             yield from varying(builder, path, step, mechanism)
-        shaft = 'load' if 'load' in path else 'motor'
-        if one and path in INERTIAS and builder.turns(f'{shaft}_angle') and not (
-                rotor and servo.numbers['mechanism.ratio'] == 1.0):
-            yield from filter(None, (_linked(builder, path, mechanism, orders)
-                                     for orders in LINKED))
+        if one and path == LINKS and builder.turns('load_angle'):
+            yield from filter(None, (_linked(builder, mechanism, orders) for orders in LINKED))
 
 
-def _linked(builder: Builder, path: str, mechanism: Mechanism, orders: Sequence[float]
+def _linked(builder: Builder, mechanism: Mechanism, orders: Sequence[float]
             ) -> Hypothesis | None:
     r"""
-    An inertia that varies over the turn of its shaft.
+    An inertia of the load that varies over its turn; a rotor is round.
 
     .. math:: T = J(q)\,\ddot q + \tfrac12 J'(q)\,\dot q^2
     """
-    shaft = 'load' if 'load' in path else 'motor'
-    lever = 1.0 if shaft == 'load' else builder.samples.servo.numbers['mechanism.ratio']
-
     def torque(one: EquationErrors) -> np.ndarray:
-        motion = one.motion
-        speed, angle = motion[f'{shaft}_speed'], motion[f'{shaft}_angle']
-        return -(lever * motion['load_acceleration'][:, None] * waves(angle, orders)
+        speed, angle = one.motion['load_speed'], one.motion['load_angle']
+        return -(one.motion['load_acceleration'][:, None] * waves(angle, orders)
                  + 0.5 * (speed**2)[:, None] * rises(angle, orders))
 
-    form = Form('angle', 'rad', 'kg m2', lambda one: one.motion[f'{shaft}_angle'],
+    form = Form('angle', 'rad', 'kg m2', lambda one: one.motion['load_angle'],
                 lambda x: waves(x, orders))
     return builder.hypothesis(
         replace(mechanism, variables=(*mechanism.variables, 'angle')),
-        builder.place(f'{shaft}_torque', torque), [0] * 2 * len(orders),
-        tuple(np.repeat(orders, 2)), form=form, detail={'law': 'linked_inertia', 'of': path})
+        builder.place('load_torque', torque), [0] * 2 * len(orders),
+        tuple(np.repeat(orders, 2)), form=form, detail={'law': 'linked_inertia', 'of': LINKS})
 
 
 def _line(path: str, mechanism: Mechanism) -> Form | None:
