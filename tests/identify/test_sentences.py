@@ -50,4 +50,5 @@ def test_what_else_it_may_be_is_told_after_what_a_value_is_compared_with():
     assert 'has another value of gain (2 N m) than the servo file, or perhaps drive' in told
     weight = replace(missing('gravity', 'load'), rung='place', alternatives=(other,))
     told = sentence('partly_explained', [weight, gain], 'load', {'solved': 0.3, 'shrink': 0.3}, {})
-    assert 'gravity at the load shaft (2 N m), or perhaps drive saturation and has another' in told
+    assert ('gravity at the load shaft (2 N m), or perhaps drive saturation, and the rig has '
+            'another value of gain (2 N m) than the servo file') in told
