@@ -10,6 +10,7 @@ import pytest
 
 from servo_identify.diagnose.page.packed_series import packed_series
 from servo_identify.diagnose.page.page import page_of, STATUS
+from servo_identify.diagnose.page.page_tables import gap_bars
 from servo_identify.diagnose.page.words import number, percent, ratio, shortened, unit
 
 PARTS = ('channels', 'where', 'which', 'gap', 'unknown', 'next_experiment', 'moved', 'defaults',
@@ -132,6 +133,18 @@ def test_it_says_what_shrinks_once_and_by_which_interval():
     said = text_of(page_of(document()))
     assert 'on unseen recordings 77 % (90 % interval: 68 to 81 %)' in said
     assert said.count('gone of what is above the noise') == 1
+
+
+def test_a_file_that_stays_as_given_has_no_augmented_twin():
+    one = document()
+    gap = one['report']['gap'] | {'refitted': 0.1}
+    assert {'augmented twin', 'augmented, refitted'} <= {
+        bar['step'] for bar in gap_bars(gap, True)}
+    one['report']['gap'] = gap
+    gap.update(after=gap['before'], shrink=0.0, interval=[0.0, 0.0])
+    said = text_of(page_of(one))
+    assert 'augmented twin' not in said and 'augmented, refitted' not in said
+    assert 'gone of what is above the noise' not in said
 
 
 def test_it_says_a_symmetry_by_what_it_is_one_of():

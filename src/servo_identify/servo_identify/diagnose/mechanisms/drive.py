@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -34,17 +34,18 @@ def drive_of(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]:
     Yield the hypotheses of the drive; none where no command is recorded.
 
     ``residual`` (samples,) tells the limit of a rate, and where a drive comes with its command.
-    Where no current shows what came, a command is counted as the motion asks for it, and as it was
-    recorded: the motion does not show what was asked for beyond a limit or within a dead band.
+    A command is counted as the motion asks for it: that which was recorded follows what is
+    missing, and a curve over it would explain anything. Where no current shows what came, a dead
+    band and a limit are sought in the recorded one too: the motion does not show what was asked
+    for there.
     """
     if not all('voltage' in one.measured.channels for one in builder.samples.errors):
         return
     if not builder.scales.command > 0.0:
         return
     measured = all('current' in one.measured.channels for one in builder.samples.errors)
-    for command in (asked,) if measured else (asked, recorded):
-        yield from _curves(builder, residual, command)
-        yield from limits_of(builder, residual, command)
+    yield from _curves(builder, residual, (asked,) if measured else (asked, recorded))
+    yield from limits_of(builder, residual, not measured)
     yield from filter(None, (dead_time(builder), *sag(builder, residual)))
     period = builder.scales.period
     for name, shares, late in (('current_lag', LAGS, lagged),
@@ -76,13 +77,14 @@ def _lagged_twice(command: np.ndarray, settling: float, period: float) -> np.nda
     return lagged(lagged(command, 0.5 * settling, period), 0.5 * settling, period)
 
 
-def _curves(builder: Builder, residual: np.ndarray, command: Command) -> Iterator[Hypothesis]:
-    """Yield the hypotheses that a drive makes a curve of a command."""
+def _curves(builder: Builder, residual: np.ndarray, commands: Sequence[Command]
+            ) -> Iterator[Hypothesis]:
+    """Yield what a drive may make of a command as a curve; ``commands`` of a dead band."""
     top = builder.scales.command
 
     def shaped(name: str, change: Callable[[np.ndarray], np.ndarray], signs: list[int],
-               knots: tuple[float, ...] = (), site: str = 'command', **more: Any
-               ) -> Hypothesis | None:
+               knots: tuple[float, ...] = (), site: str = 'command',
+               command: Command = asked, **more: Any) -> Hypothesis | None:
         mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
         form = Form('command', 'V', 'V', lambda one: one.inner(command(one)), change)
         return builder.hypothesis(
@@ -107,11 +109,12 @@ def _curves(builder: Builder, residual: np.ndarray, command: Command) -> Iterato
         return np.column_stack((command, np.abs(command)))
 
     opens = builder.best_shape(BANDS[0] * top, BANDS[-1] * top, lambda width: through(
-        builder, lambda one: gate(command(one), width)).table[:, 0], residual)
+        builder, lambda one: gate(asked(one), width)).table[:, 0], residual)
     gates = tuple(share * opens for share in ABOUT)
     widths = tuple(share * top for share in BANDS)
     yield from filter(None, (
-        shaped('drive_dead_band', band, [1] * len(BANDS), widths, room=SHARES),
+        *(shaped('drive_dead_band', band, [1] * len(BANDS), widths, command=one, room=SHARES)
+          for one in commands),
         # one that is wider one way, as the overlap of a valve
         shaped('drive_dead_band', uneven, [1] * 2 * len(BANDS),
                tuple(np.repeat(widths, 2)), room=SHARES, detail={'law': 'uneven_dead_band'}),
@@ -123,4 +126,4 @@ def _curves(builder: Builder, residual: np.ndarray, command: Command) -> Iterato
         # a gain that differs by the sign of the command
         shaped('parameter:gain', both, [0, 0], site='drive', room=GAINS,
                detail={'law': 'drive_asymmetry'})
-        if command is asked and 'drive.gain' in builder.samples.servo.numbers else None))
+        if 'drive.gain' in builder.samples.servo.numbers else None))

@@ -9,7 +9,7 @@ import numpy as np
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .driven_columns import of_current, through
-from .hypothesis import Form, Hypothesis, Mechanism
+from .hypothesis import Columns, Form, Hypothesis, Mechanism
 from .memory import within_rate
 from .shape_search import best_shapes, EACH, SHAPES
 
@@ -21,6 +21,7 @@ BEGINS, ENDS = (0.02, 1.0), (0.05, 10.0)
 """Shares of the top speed at which the top command begins to be cut, and over which it is."""
 LEAST = 0.02  # share of the largest power of braking asked for, down to which it may be cut
 SLOWEST = 0.01  # limit of the rate of a command, share of the fastest change that was asked for
+CAME = 0.99  # of all samples, whose largest command the motion shows
 SHARES = (0.0, 1.0)  # of a command that is lost or late: more than all would turn it round
 
 
@@ -34,25 +35,49 @@ def recorded(one: EquationErrors) -> np.ndarray:
     return one.measured.column('voltage', 0.0)
 
 
-def limits_of(builder: Builder, residual: np.ndarray, command: Command) -> Iterator[Hypothesis]:
-    """Yield the hypotheses of limits; ``residual`` (samples,) tells where they lie."""
+def limits_of(builder: Builder, residual: np.ndarray, sought: bool) -> Iterator[Hypothesis]:
+    """
+    Yield the hypotheses of limits; ``residual`` (samples,) tells where they lie.
+
+    ``sought``: in the command as it was recorded too.
+    """
     yield from filter(None, (
-        _saturation(builder, command), _limited(builder) if command is asked else None,
+        _saturation(builder), _limited(builder), _cut(builder, residual) if sought else None,
         *(limit(builder, residual, command)
-          for limit in (_rate_limited, _out_of_voltage, _braking))))
+          for limit in (_rate_limited, _out_of_voltage, _braking)
+          for command in (asked, recorded)[:1 + sought])))
 
 
-def _saturation(builder: Builder, command: Command) -> Hypothesis | None:
+def _saturation(builder: Builder) -> Hypothesis | None:
     """A command of which less comes, or nothing more, beyond a size."""
     knots = tuple(share * builder.scales.command for share in CEILINGS)
 
-    def lost(whole: np.ndarray) -> np.ndarray:
-        return _beyond(whole, knots)
+    def lost(command: np.ndarray) -> np.ndarray:
+        return _beyond(command, knots)
 
     mechanism = Mechanism('drive_saturation', 'drive', 'command', ('command',), 'odd')
-    form = Form('command', 'V', 'V', lambda one: one.inner(command(one)), lost)
-    return builder.hypothesis(mechanism, through(builder, lambda one: lost(command(one))),
+    form = Form('command', 'V', 'V', lambda one: one.inner(asked(one)), lost)
+    return builder.hypothesis(mechanism, through(builder, lambda one: lost(asked(one))),
                               [1] * len(knots), knots, form=form)
+
+
+def _cut(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
+    """A recorded command of which nothing more comes beyond one size: at least what came does."""
+    top = builder.scales.command
+    least = max(float(np.quantile(np.abs(asked(one)), CAME)) for one in builder.samples.errors)
+    if least >= top:
+        return None
+
+    def lost(limit: float) -> Columns:
+        return through(builder, lambda one: _beyond(recorded(one), (limit,)))
+
+    limit = builder.best_shape(max(least, CEILINGS[0] * top), top,
+                               lambda limit: lost(limit).table[:, 0], residual)
+    mechanism = Mechanism('drive_saturation', 'drive', 'command', ('command',), 'odd')
+    form = Form('command', 'V', 'V', lambda one: one.inner(recorded(one)),
+                lambda x: _beyond(x, (limit,)))
+    return builder.hypothesis(mechanism, lost(limit), [1], (limit,), form=form, tried=SHAPES,
+                              room=SHARES)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:

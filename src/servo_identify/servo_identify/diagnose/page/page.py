@@ -68,11 +68,11 @@ def _head(report: dict[str, Any]) -> dict[str, Any]:
     given = gap.get('as_given', gap.get('before'))
     if known(given):
         facts['gap as given'] = percent(given, 3) + ' of the signal'
-    if known(gap.get('after')) and report.get('which'):
+    if known(gap.get('after')) and _added(report):
         facts['augmented'] = percent(gap['after'], 3)
     if known(gap.get('floor')):
         facts['noise'] = percent(gap['floor'], 3)
-    if known(gap.get('shrink')) and report.get('which'):
+    if known(gap.get('shrink')) and _added(report):
         inside = between(gap.get('interval'))
         facts['gone of what is above the noise, on unseen recordings'] = percent(
             gap['shrink']) + (f' (90 % interval: {inside})' if inside else '')
@@ -93,8 +93,8 @@ def _body(report: dict[str, Any]) -> dict[str, Any]:
         'blocks': chain(report.get('where') or [], balance, which)
         if report.get('where') else [],
         'causes': causes(which),
-        'gap_bars': tables.gap_bars(report.get('gap') or {}, bool(which)),
-        'channels': tables.channel_table(report.get('channels') or {}, bool(which)),
+        'gap_bars': tables.gap_bars(report.get('gap') or {}, _added(report)),
+        'channels': tables.channel_table(report.get('channels') or {}, _added(report)),
         'moved': tables.moved_rows(report.get('moved') or []),
         'defaults': tables.default_rows(report.get('defaults') or []),
         'equations': tables.equation_rows(report.get('equations') or {}),
@@ -105,6 +105,12 @@ def _body(report: dict[str, Any]) -> dict[str, Any]:
         'recordings': tables.recording_rows(report.get('recordings') or {}),
         'timing': tables.timing_rows(report.get('timing') or {}),
     }
+
+
+def _added(report: dict[str, Any]) -> bool:
+    """Tell whether the servo file gets anything of what was found: else it stays as given."""
+    gap = report.get('gap') or {}
+    return bool(report.get('which')) and gap.get('after') != gap.get('before')
 
 
 def _named_in(named: object) -> list[tuple[str, str]]:
