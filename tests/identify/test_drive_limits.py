@@ -79,6 +79,13 @@ def test_a_drive_out_of_voltage_is_named_by_its_command_alone():
 
 
 @pytest.mark.slow
+def test_a_command_that_is_cut_is_named_by_what_was_asked_for():
+    several = [spun(seed, lambda u, w: np.clip(u, -5.0, 5.0)) for seed in (1, 2)]
+    assert named_by_equations(several, FILE) == {('drive_saturation', 'command')}
+
+
+@pytest.mark.long
+@pytest.mark.slow
 def test_an_overlap_that_is_wider_one_way_is_a_dead_band_of_two_widths():
     several = [spun(seed, opens, top=20.0, most=3.0) for seed in (1, 2, 3)]
     answer = diagnose(several[:1], FILE, several[1:2], several[2:])
