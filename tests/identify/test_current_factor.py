@@ -25,7 +25,9 @@ def said(factor, servo=AXIS):
 
 @pytest.mark.parametrize('factor, name', [
     (2.0**0.5, '1.414 would be the peak of a sine'), (2.0**-0.5, '0.7071 would be the effective'),
-    (1.5, '1.5 would be the current of the q axis'), (1 / 1.5, 'the current of one phase, where')])
+    (1.5, '1.5 would be the current of the q axis'), (1 / 1.5, 'the current of one phase, where'),
+    (3.0**0.5, '1.732 would be the current of a line'),
+    (3.0**-0.5, '0.5774 would be the current of a winding in delta')])
 def test_it_names_the_factor_of_another_current(factor, name):
     found, = said(factor)
     assert found.level == 'amber' and name in found.sentence and 'torque constant' in found.action

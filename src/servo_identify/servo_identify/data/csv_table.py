@@ -13,11 +13,14 @@ import numpy as np
 
 from .csv_layout import Layout, layout_of, MARKS
 from .export_headers import is_stamp
+from .number_texts import MINUS
 from .rows_in_time import timelines_of
 from .stray_lines import rows_alone
 from .text_encoding import filled, last_line
 
 _NOTHING = ('-', '--', '---', 'None', '?', '#NV')  # where nothing was measured, beside Arrow's
+_COMMA = rf'^(\s*[-+{MINUS}]?\d*),(\d+(?:[eEdD][-+]?\d+)?\s*)$'
+_GROUPS = "\\d[.'\u2019 ]\\d"  # a sign between thousands, or a decimal point
 _SHOWN = 200  # letters of a line that a message shows
 
 
@@ -76,6 +79,8 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> Text:
     if table.num_rows < 1 + bool(layout.unused) and (cut or layout.unused):
         raise ValueError(f'{path} is no table: its only row breaks off: '
                          f'{[*cut, layout.row][0].strip()!r}')
+    if layout.decimal == ',':
+        table = _with_points(table)
     told = [*(alone.told if alone else ()), *(
         f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
         if text.strip() != 'EOF' and not MARKS.match(text))]  # EOF ends a file of TwinCAT
@@ -160,6 +165,18 @@ def _parted(path: Path, layout: Layout) -> BytesIO:
     """Return a file whose columns any number of blanks parts, with one blank between."""
     lines = path.read_text(layout.encoding).splitlines()
     return BytesIO('\n'.join(' '.join(line.split()) for line in lines).encode())
+
+
+def _with_points(table: Any) -> Any:
+    """Return decimal points in columns of text, where all of their numbers have commas."""
+    from pyarrow import compute, types
+
+    for k, (name, column) in enumerate(zip(table.column_names, table.columns, strict=True)):
+        if types.is_string(column.type) and not compute.any(
+                compute.match_substring_regex(column, _GROUPS)).as_py():
+            table = table.set_column(k, name, compute.replace_substring_regex(
+                column, _COMMA, r'\1.\2'))
+    return table
 
 
 def _hint(layout: Layout) -> str:

@@ -5,7 +5,8 @@ The factor by which a current is off, by the equation of motion with what the se
           + g_c \cos\theta + g_s \sin\theta
 
 f is 1 where inertia, torque constant and current are those of the file. A current as its peak
-where the torque constant is of its effective value makes it the root of 2. Such a factor is told
+where the torque constant is of its effective value makes it the root of 2, that of a line where
+the constant is of a winding in delta the root of 3. Such a factor is told
 where f is surely beyond what the tolerances of the file allow, and by its name. Stretches of each
 recording say how far f may be off by what the equation lacks.
 """
@@ -31,7 +32,9 @@ NAMES = {
     sqrt(2.0): 'the peak of a sine, where the torque constant is of its effective value',
     1.0 / sqrt(2.0): 'the effective value of a sine, where the torque constant is of its peak',
     1.5: 'the current of the q axis, where the torque constant is of one phase',
-    1.0 / 1.5: 'the current of one phase, where the torque constant is of the q axis'}
+    1.0 / 1.5: 'the current of one phase, where the torque constant is of the q axis',
+    sqrt(3.0): 'the current of a line, where the torque constant is of a winding in delta',
+    1.0 / sqrt(3.0): 'the current of a winding in delta, where the torque constant is of a line'}
 """What a current is that is so many times what its torque constant asks for."""
 
 

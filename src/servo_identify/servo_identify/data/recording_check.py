@@ -15,7 +15,8 @@ from .excitation import Excitation, excitation
 from .fill_values import fill_findings
 from .finding import each_once, Finding, LEVELS
 from .long_bags import Long, looked_at
-from .looked_over import looked_over
+from .looked_over import looked_over, SURE
+from .one_sign import magnitude_findings, sign_findings
 from .oversized import size_findings
 from .raw_encoder import wrapped_findings
 from .reader_advice import READER
@@ -28,7 +29,6 @@ from .told_by_another import (
     copied_findings,
     held_findings,
     measured_alone,
-    ONE_SIGN,
     supply_findings,
 )
 
@@ -68,7 +68,8 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
                                  f'{seen.still} of them.'))
     found += each_once([finding for one in looked for finding in (
         *supply_findings(one), *copied_findings(one, servo), *held_findings(one),
-        *clipped_findings(one, servo), *normalised_findings(one), *temperature_findings(one))])
+        *magnitude_findings(one, servo, SURE), *clipped_findings(one, servo),
+        *normalised_findings(one), *temperature_findings(one))])
     found += copies(looked)
     looked = [measured_alone(one, servo) for one in looked]
     shown = {id(one): excitation(one, servo) for one in looked}
@@ -107,30 +108,13 @@ def _of_one(one: Survey, servo: Servo) -> list[Finding]:
                       f'{first:.6g} s, in {count} rows: a sensor or a link that dropped out?',
                       'leave those rows empty, or cut them') for name, (count, first) in
               one.jumps.items()]
-    found += [*_signs(one), *size_findings(one, servo)]
+    found += [*sign_findings(one), *size_findings(one, servo)]
     limit = limit_of(servo)
     if one.at_limit > SATURATED:
         found.append(Finding('amber', f'{one.name}: the command is at its limit of {limit:g} in '
                              f'{100 * one.at_limit:.0f} % of the samples.',
                              'record with a smaller reference'))
     return found
-
-
-def _signs(one: Survey) -> list[Finding]:
-    """Return what the ranges of command and current say of where they were measured."""
-    (lowest, highest), (least, most) = one.command, one.current
-    if not {'voltage', 'current'} <= one.measured:
-        return []
-    if least == most and lowest < highest:
-        return [Finding('red', f'{one.name}: the current is {least:g} A in all samples while the '
-                        'command changes: nothing was measured.',
-                        'look at the sensor, or leave the column out')]
-    small, little = ONE_SIGN * (most - least), ONE_SIGN * (highest - lowest)
-    if lowest < -little < little < highest and min(abs(least), abs(most)) < small:
-        return [Finding('amber', f'{one.name}: the current never changes its sign while the '
-                        'command does: is it a magnitude, or that of the supply?',
-                        'record the current of the motor with its sign')]
-    return []
 
 
 def _sampling(one: Survey, angle: str) -> list[Finding]:

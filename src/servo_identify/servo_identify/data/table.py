@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 import re
 from typing import Any
@@ -15,9 +15,10 @@ from .arrow_columns import first_stamp, is_clock, numbers_of, zero_of
 from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .long_form import check_wide
+from .missing_texts import without_missing
 from .number_texts import plain, without_groups
 from .rows_in_turn import check_turns
-from .run_labels import numbered
+from .run_labels import COLUMN, numbered
 
 _GROUPED = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _PANDAS = '__index_level_0__'  # the index of a frame that has no name
@@ -79,8 +80,8 @@ class Table:
         return float(known[0]) + self.zeros.get(name, 0) if len(known) else 0.0
 
 
-def from_arrow(path: Path, found: Any) -> Table:
-    """Return an Arrow table as a table."""
+def from_arrow(path: Path, found: Any, warnings: tuple[str, ...] = ()) -> Table:
+    """Return an Arrow table as a table; ``warnings`` are what was said of the file so far."""
     columns, texts, zeros = dict[str, np.ndarray](), {}, dict[str, int]()
     begins = dict[str, str]()
     for named, column in zip(found.column_names, found.columns, strict=True):
@@ -96,7 +97,7 @@ def from_arrow(path: Path, found: Any) -> Table:
             columns[name] = numbers
             if begin := first_stamp(column):
                 begins[name] = begin
-    return with_texts(Table(path, columns, zeros=zeros, begins=begins), texts)
+    return with_texts(Table(path, columns, warnings=warnings, zeros=zeros, begins=begins), texts)
 
 
 def _index(columns: dict[str, np.ndarray], clock: bool) -> str:
@@ -110,25 +111,33 @@ def _is_no_column(numbers: np.ndarray) -> bool:
 
 
 def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
-    """Add columns that may be text: numbers or times of a clock, else the reason why not."""
-    for name, values in (part for held in texts.items() for part in parts_of(*held)):
+    """
+    Add columns that may be text: numbers or times of a clock, else the reason why not.
+
+    Texts that can be no number are NaN in a column that has more numbers, with a warning.
+    """
+    labels, told = {}, list[str]()
+    for name, cells in (part for held in texts.items() for part in parts_of(*held)):
+        values, said = (cells, '') if COLUMN.fullmatch(name) else without_missing(name, cells)
+        if said:
+            labels[name] = cells
         try:
             clock = seconds_of(values)
             name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
+            told += [said] if said else []
             first = next((str(one).strip() for one in values if one), '')
             if clock is not None and ':' in first:  # no duration
                 table.begins[name] = first
         except ValueError as problem:
-            runs = numbered(name, values)
+            runs = numbered(name, cells)
             if runs is None:
-                table.refused[name] = str(problem)
+                table.refused[name], labels[name] = str(problem), cells
             else:
                 table.columns[name] = runs
-    labels = {name: values for name, values in texts.items() if name in table.refused}
     check_wide(table.path, table.columns, labels)
     check_turns(table.path, table.columns, labels)
-    return table
+    return replace(table, warnings=(*table.warnings, *told))
 
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
@@ -145,7 +154,8 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
                 _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else
                 _EMPTY if shown.startswith('#') else
                 _LISTED if isinstance(values[at], list | dict) or shown[:1] in '[(' else
-                _HEX if all(_BASE_16.fullmatch(str(one).strip()) for one in values) else '')
+                _HEX if all(_BASE_16.fullmatch(str(one).strip()) for one in values) else
+                _EMPTY if shown[:1].isalpha() else '')
             shown = shown if len(shown) <= LONGEST else f'{shown[:LONGEST]} ...'
             raise ValueError(f'{path}: column {name!r} has {shown!r} in row {at + 1}, which '
                              f'is no number{why}') from None

@@ -113,10 +113,10 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
 
 def _csv(path: Path, names: Sequence[str]) -> list[Table]:
     text = read_csv(path, names)
-    table, told = from_arrow(path, text.table), list(text.told)
+    table = from_arrow(path, text.table, text.told)
     if text.again and not goes_on(table):
-        return cut_before(replace(table, warnings=text.told), text.again)
-    columns = on_one_timeline(without_empty(table), told)
+        return cut_before(table, text.again)
+    columns = on_one_timeline(without_empty(table), told := list(table.warnings))
     return [replace(table, columns=columns, warnings=tuple(told))]
 
 
@@ -220,7 +220,7 @@ def _json(path: Path, rows: str) -> list[Table]:
     if isinstance(content, dict):
         held = with_texts(Table(path, {}), content)
         table = _longest(path, held.columns, facts)
-        return [replace(table, refused=table.refused | held.refused)]
+        return [replace(table, refused=table.refused | held.refused, warnings=held.warnings)]
     records = [dict(flat(row)) for row in content]
     return [with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
                                                  for name in (records[0] if records else ())})]

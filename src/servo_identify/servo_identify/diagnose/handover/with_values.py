@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Servo, Value
@@ -169,18 +170,25 @@ def _presliding(part: Part, one: Hypothesis, servo: Servo) -> Together:
     Return friction that builds up over the travel, LuGre, from what it lacks after a reversal.
 
     An element that slips after the travel s lacks twice its level, falling over 2 s; a decay what
-    it is, over s. What builds up is friction that the servo has: it is taken from the Coulomb
-    friction there, which moves with it.
+    it is, over s. A curve lacks what it is more than at its end. What builds up is friction that
+    the servo has: it is taken from the Coulomb friction there, which moves with it.
     """
-    effect = find('presliding_friction')
-    lacks = part.amplitudes * np.repeat((2.0, 1.0), len(part.amplitudes) // 2)
-    level = 0.5 * float(lacks.sum())
-    travel = float(lacks @ np.asarray(one.knots)) / max(2.0 * level, 1e-300)
+    effect, knots = find('presliding_friction'), np.asarray(one.knots)
+    rest = 0.0  # that lacks at any travel
+    if one.detail.get('form') == 'curve':
+        rest, lack = float(part.amplitudes[-1]), part.amplitudes - part.amplitudes[-1]
+        level = max(0.5 * float(lack[0]), 0.0)
+        turned = servo.numbers['mechanism.ratio'] if part.mechanism.site == 'motor' else 1.0
+        area = turned * float(trapezoid(lack, knots))
+    else:
+        lacks = part.amplitudes * np.repeat((2.0, 1.0), len(part.amplitudes) // 2)
+        level, area = 0.5 * float(lacks.sum()), float(lacks @ knots)
+    travel = area / max(2.0 * level, 1e-300)
     values = {n: p.default for n, p in effect.parameters.items()} | {
         'level': level, 'breakaway': max(travel, 1e-8)}
     changes = {}
     for placed in servo.effects:
         path = f'effects.{placed.name}.level'
         if placed.effect.name == 'coulomb_friction' and placed.site == part.mechanism.site:
-            changes[path] = -min(level, servo.numbers[path])
+            changes[path] = max(-level - rest, -servo.numbers[path])
     return [Formed(effect, values, ('level', 'breakaway'), True)], changes
