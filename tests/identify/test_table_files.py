@@ -156,3 +156,12 @@ def test_what_is_wrong_within_a_packed_table_is_told_of_the_file_itself(tmp_path
     path.write_bytes(gzip.compress(b't,motor_position\n'))
     with pytest.raises(ValueError, match=f'^{path} has no rows'):
         read_table(path)
+
+
+def test_arrays_that_unpack_to_more_than_the_memory_are_refused_before(tmp_path, monkeypatch):
+    path = tmp_path / 'zeros.npz'
+    np.savez_compressed(path, t=np.arange(5.0), image=np.zeros(10**6))
+    assert path.stat().st_size < 10**5
+    monkeypatch.setattr(fits_in_memory, 'free_memory', lambda: 1e7)
+    with pytest.raises(ValueError, match='zeros.npz: reading it takes about 0.0 GiB of memory'):
+        read_table(path)
