@@ -36,7 +36,8 @@ def _metadata_seeds(folder: Path) -> list[bytes]:
     _bag_seeds(folder)
     text = (folder / 'seed_bag' / 'metadata.yaml').read_bytes()
     return [text, text.replace(b'seed_bag_0.mcap', b'../one.mcap'),
-            text.replace(b'seed_bag_0.mcap', b'/etc/passwd')]
+            text.replace(b'seed_bag_0.mcap', b'/etc/passwd'),
+            b'rosbag2_bagfile_information: ' + b'[' * 50_000]
 
 
 def _take_metadata(content: bytes, folder: Path) -> object:
@@ -94,7 +95,8 @@ TARGETS = (
     Target('mcap', False, _bag_seeds, _take_mcap,
            ('servo_twin.bag.mcap_reading', 'servo_twin.bag.bag_reading',
             'servo_twin.bag.message_columns', 'servo_twin.bag.rig_samples')),
-    Target('metadata', True, _metadata_seeds, _take_metadata, ('servo_twin.bag.message_sources',)),
+    Target('metadata', True, _metadata_seeds, _take_metadata,
+           ('servo_twin.bag.message_sources', 'servo_twin.bag.metadata_file')),
     Target('messages', False, _sqlite_seeds, _take_foreign,
            ('servo_identify.data.messages', 'servo_twin.bag.message_sources')),
 )

@@ -20,11 +20,17 @@ def _table():
 
 
 def _take_eds(content: bytes, folder: Path) -> object:
+    """Read a spoilt dictionary, and have its frames say and hear something."""
+    from servo_rig_driver.devices.canopen_rig import RigFrames
     from servo_rig_driver.devices.pdo_table import load_frames
     for one in (EDS / 'rv_bench').glob('*.eds'):
         shutil.copy(one, folder / one.name)
     (folder / 'drive.eds').write_bytes(content)
-    return load_frames(str(folder))
+    frames = load_frames(str(folder))
+    for frame in frames.values():
+        frame.decode(bytes(range(frame.length)))
+        frame.pack([1.0] * len(frame.fields), clamp=True)
+    return RigFrames(frames).carried()
 
 
 @cache

@@ -96,8 +96,8 @@ def test_a_bag_that_names_a_file_outside_itself_does_not_have_it_read(tmp_path):
 
 
 def test_every_loader_of_yaml_is_a_safe_one():
-    from servo_twin.bag import message_sources
+    from servo_twin.bag import metadata_file
     from servo_twin.description import strict_yaml
 
     safe = (yaml.SafeLoader, getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
-    assert issubclass(strict_yaml._Loader, safe) and issubclass(message_sources._Loader, safe)
+    assert issubclass(strict_yaml._Loader, safe) and issubclass(metadata_file._Loader, safe)

@@ -8,6 +8,7 @@ import pytest
 from scipy.io import savemat
 from small_tables import SERVO, table, TIME
 
+from servo_identify.data.import_memory import memory_of
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
@@ -156,3 +157,22 @@ def test_what_is_wrong_within_a_packed_table_is_told_of_the_file_itself(tmp_path
     path.write_bytes(gzip.compress(b't,motor_position\n'))
     with pytest.raises(ValueError, match=f'^{path} has no rows'):
         read_table(path)
+
+
+def test_arrays_that_unpack_to_more_than_the_memory_are_refused_before(tmp_path, monkeypatch):
+    path = tmp_path / 'zeros.npz'
+    np.savez_compressed(path, t=np.arange(5.0), image=np.zeros(10**6))
+    assert path.stat().st_size < 10**5
+    monkeypatch.setattr(fits_in_memory, 'free_memory', lambda: 1e7)
+    with pytest.raises(ValueError, match='zeros.npz: reading it takes about 0.0 GiB of memory'):
+        read_table(path)
+
+
+def test_lists_that_unpack_to_more_than_the_memory_are_told_before(tmp_path):
+    from pyarrow import parquet, Table
+
+    path = tmp_path / 'images.parquet'
+    parquet.write_table(Table.from_pydict({
+        't': np.arange(10.0), 'image': [np.zeros(100_000)] * 10}), path, compression='zstd')
+    assert path.stat().st_size < 10**5
+    assert memory_of(path) == pytest.approx(24e6, rel=0.01)

@@ -1,6 +1,7 @@
 """Files of rigs, drives and mappings: a word that two programs read differently is refused."""
 
 from pathlib import Path
+import re
 
 import pytest
 import yaml
@@ -57,3 +58,17 @@ def test_a_whole_number_beyond_all_floats_is_named_with_its_line(load, error, te
     path.write_text(text.format(sign + '1' + '0' * 400))
     with pytest.raises(error, match=r'a whole number of 40[12] digits is more than a float64'):
         load(path)
+
+
+@pytest.mark.parametrize(('text', 'why'), [
+    ('transmission: {ratio: 9.0, ratio: 77.0}', "line 1: 'ratio' is there twice"),
+    ('a: 1\nb: 2\na: 3', "line 3: 'a' is there twice"),
+    ('a: ' + '[' * 100_000, 'line 1 is nested deeper than 20 levels'),
+    ('- ' * 10_000, 'line 1 is nested deeper than 20 levels'),
+    ('a: &a {b: 1}\nc: {<<: *a}', 'line 2: << takes in another mapping')])
+def test_what_hides_a_value_or_never_ends_is_refused(text, why, tmp_path):
+    with pytest.raises(yaml.YAMLError, match=re.escape(why)):
+        read_yaml(text)
+    (tmp_path / 'own.yaml').write_text(text)
+    with pytest.raises(RigFileError):
+        load_rig(tmp_path / 'own.yaml')

@@ -180,6 +180,15 @@ def test_it_never_fails_otherwise_than_with_a_sentence(tmp_path_factory, data):
         assert len(part) <= 10 * 64
 
 
+@pytest.mark.parametrize('deep', ['[' * 100_000, '{a: ' * 100_000, '- ' * 100_000])
+def test_metadata_that_nests_without_end_is_as_good_as_none(deep, tmp_path, whole):
+    content, _ = whole
+    (tmp_path / 'bag').mkdir()
+    (tmp_path / 'bag' / 'own.mcap').write_bytes(content)
+    (tmp_path / 'bag' / 'metadata.yaml').write_text(f'rosbag2_bagfile_information: {deep}')
+    assert len(read_recording(tmp_path / 'bag')) == SIZE
+
+
 def test_it_says_when_nothing_whole_is_left(tmp_path, whole):
     with pytest.raises(BagError, match='no topic /encoder.*no topic|was cut'):
         read_recording(cut(tmp_path / 'b', whole[0][:200]))

@@ -6,10 +6,12 @@ import every_effect
 from every_effect import inputs, only, PLACED
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numba import njit
 import numpy as np
 from plain_machines import PERIOD, rolled, two_inertia
 import pytest
 
+from servo_twin.physics.catalogue import find
 from servo_twin.physics.drives import CurrentAmplifier
 from servo_twin.physics.mechanisms.friction_step import slide
 from servo_twin.physics.mechanisms.rigid import Rigid
@@ -33,6 +35,11 @@ BOUNDS = [(placed, name, bound) for placed in PLACED
 def driven(samples=60, **columns):
     k = np.arange(samples)
     return inputs(samples, **{'voltage': 4.0 * np.sin(0.2 * k), **columns})
+
+
+def catalogue_law(effect):
+    """Return the law of an effect as the kernel has it."""
+    return njit(error_model='numpy')(effect.law)
 
 
 @settings(max_examples=60)
@@ -68,6 +75,47 @@ def test_a_controller_that_reads_no_number_commands_none():
     u[5, INPUTS.index('external_torque')] = np.nan
     y = simulate(servo, u, PERIOD, initial_state(servo, 0.0, 0.0), 'closed_loop', on=only())
     assert np.isnan(y[8:]).all()
+
+
+@pytest.mark.parametrize('bad', [np.inf, -np.inf])
+@pytest.mark.parametrize('effect', ['friction_drift_at_load', 'viscous_drift_at_motor',
+                                    'torque_constant_change_at_motor'])
+def test_an_infinite_temperature_is_no_free_and_no_stuck_shaft(effect, bad):
+    servo = two_inertia(damping=0.3, friction_drift_at_load__slope=0.01,
+                        viscous_drift_at_motor__slope=0.01,
+                        torque_constant_change_at_motor__by_temperature=1e-3)
+    u = driven(temperature=np.where(np.arange(60) == 20, bad, 25.0))
+    y = simulate(servo, u, PERIOD, initial_state(servo), on=only(effect))
+    assert np.isfinite(y[:21, MOVED]).all()
+    assert not np.isfinite(y[22:, :3]).any()
+
+
+@pytest.mark.parametrize(('effect', 'value'), [
+    ('backlash_at_mesh', 'width'), ('coulomb_friction_at_load', 'level'),
+    ('coulomb_friction_at_motor', 'level')])
+def test_a_gap_or_a_friction_that_is_no_number_is_not_taken_for_none(effect, value):
+    servo = two_inertia(damping=0.3)
+    theta = servo.theta
+    theta[servo.slots()[f'effects.{effect}.{value}']] = np.nan
+    on = only(effect)
+    y = simulate(servo, driven(), PERIOD, initial_state(servo, on=on), theta=theta, on=on)
+    assert np.isnan(y[3:, :3]).all()
+
+
+@pytest.mark.parametrize('bad', [np.nan, np.inf, -np.inf])
+def test_an_encoder_counts_no_number_as_none(bad):
+    effect = find('encoder_counts')
+    law = catalogue_law(effect)
+    answer = law(every_effect.parameters(effect), np.zeros(0), effect.motion(bad, 0, 0, 0, 0), 1)
+    assert not np.isfinite(answer)
+
+
+@pytest.mark.parametrize('count', [1e-20, 1e-300])
+def test_an_encoder_of_the_finest_counts_reads_the_angle(count):
+    effect = find('encoder_counts')
+    law = catalogue_law(effect)
+    p = every_effect.parameters(effect, count=count)
+    assert law(p, np.zeros(0), effect.motion(1.0, 0, 0, 0, 0), 1.0) == pytest.approx(1.0)
 
 
 def test_an_infinite_input_is_not_taken_for_the_largest_number():

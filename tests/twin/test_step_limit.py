@@ -198,3 +198,35 @@ def test_a_step_that_is_too_long_asks_for_a_ratio_that_is_the_other_way_round(ra
     with pytest.raises(ServoError) as problem:
         check_step(replace(machine(mechanism__ratio=ratio), step=0.1))
     assert str(problem.value).endswith(asked or 'less stiffness and damping')
+
+
+@pytest.mark.parametrize(('effect', 'site', 'values'), [
+    ('gravity', 'load', {'cosine': 1e4}), ('cogging', 'motor', {'cosine': (3.0,), 'order': 40.0}),
+    ('cogging', 'motor', {'sine': (0.0, -3.0), 'cosine': (0.0, 0.0), 'order': 30.0})])
+def test_a_torque_over_the_angle_is_a_spring_where_it_is_steepest(effect, site, values):
+    placed = Placed('own', find(effect), site)
+    servo = Servo('own', CurrentDrive, Rigid, effects=(placed,), values={
+        **UNIT_DRIVE, 'mechanism.rotor_inertia': 0.0, 'mechanism.load_inertia': 1e-3,
+        **placed.paths(values)}, step=1e-7)
+    height = max(abs(np.atleast_1d(row)[-1]) for row in values.values() if row != values.get(
+        'order'))
+    order = values.get('order', 1.0) * max(len(np.atleast_1d(row)) for row in values.values())
+    assert longest_step(servo) == pytest.approx(2.0 / np.sqrt(height * order / 1e-3), rel=0.02)
+
+
+def test_drag_that_rises_once_static_friction_has_faded_is_judged():
+    placed = Placed('own', find('slideway_friction'), 'load')
+    servo = Servo('own', CurrentDrive, Rigid, effects=(placed,), values={
+        **UNIT_DRIVE, 'mechanism.rotor_inertia': 0.0, 'mechanism.load_inertia': 1e-3,
+        **placed.paths({'slope': 1.0, 'excess': 5.0, 'decay': 30.0})}, step=1e-7)
+    assert longest_step(servo) == pytest.approx(1e-3, rel=1e-3)
+
+
+def test_cold_grease_that_would_stop_a_shaft_each_other_step_is_refused():
+    placed = Placed('own', find('viscous_drift'), 'motor')
+    servo = Servo('own', CurrentDrive, Rigid, effects=(placed,), values={
+        **UNIT_DRIVE, 'mechanism.rotor_inertia': 1e-3, 'mechanism.load_inertia': 0.0,
+        'effects.own.excess': 100.0, 'effects.own.slope': 0.0}, step=1e-4)
+    assert longest_step(servo) == pytest.approx(1e-5, rel=1e-3)
+    with pytest.raises(ServoError, match='too long'):
+        check_step(servo)

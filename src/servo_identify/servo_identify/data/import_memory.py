@@ -12,6 +12,7 @@ from .text_encoding import BEGIN
 
 ROW = 320  # bytes that a row of a table takes on its way into a bag: bench_limits.py
 MESSAGE = 200  # bytes for each message of any topic: one of a wanted topic takes some 350
+LISTED = 24  # bytes for each number of the lists in a column: images as a few letters
 OF_FILE = 8  # bytes for each of a file whose rows cannot be counted beforehand
 ADVICE = 'part the table, or cut the file (`ros2 bag convert`, `mcap filter`)'
 
@@ -22,7 +23,7 @@ def memory_of(path: Path) -> float:
         return MESSAGE * float(count_of_messages(path))
     suffix, size = path.suffix.lower(), path.stat().st_size
     if suffix == '.parquet':
-        return ROW * float(_rows_of_parquet(path))
+        return _memory_of_parquet(path)
     if suffix in TEXTS:
         with path.open('rb') as file:
             begin = file.read(BEGIN)
@@ -37,10 +38,15 @@ def check_memory(path: Path) -> float:
     return needed
 
 
-def _rows_of_parquet(path: Path) -> int:
+def _memory_of_parquet(path: Path) -> float:
     from pyarrow import ArrowException, parquet
 
     try:
-        return int(parquet.read_metadata(path).num_rows)
+        told = parquet.read_metadata(path)
+        groups = [told.row_group(k) for k in range(told.num_row_groups)]
+        values = [(group.column(k).num_values, group.num_rows) for group in groups
+                  for k in range(group.num_columns)]
     except (ArrowException, OSError):
-        return 0  # what is wrong with it is said when it is read
+        return 0.0  # what is wrong with it is said when it is read
+    listed = sum(count for count, rows in values if count > rows)
+    return ROW * float(told.num_rows) + LISTED * float(listed)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
+from servo_twin.bag.fits_in_memory import check_fits
+
+from .import_memory import ADVICE
 from .names_beside import BESIDE
 
 _AS_TEXT = (', but objects, whose reading may run code: save the names as text, '
@@ -23,6 +26,9 @@ def load_numpy(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     """
     arrays, refused = dict[str, Any](), dict[str, str]()
     try:
+        if path.suffix.lower() == '.npz':
+            with ZipFile(path) as packed:  # zeros pack to a thousandth
+                check_fits(path, 2.0 * sum(one.file_size for one in packed.infolist()), ADVICE)
         found = np.load(path, allow_pickle=False)
         if isinstance(found, np.ndarray):
             arrays = {name: found[name] for name in found.dtype.names or ()} or {path.stem: found}

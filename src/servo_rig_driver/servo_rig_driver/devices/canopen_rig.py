@@ -15,6 +15,7 @@ from ..driver.limits import Mode, Setpoint
 from ..driver.sample_blocks import COLUMNS
 from .cia402 import Controlword
 from .object_dictionary import DriveMode
+from .object_units import check_units
 from .pdo_table import Frame, FrameError, FrameTable, NMT_ID, sync_frame, SYNC_ID
 from .sdo import write_request
 
@@ -87,6 +88,8 @@ class RigFrames:
     """The frames of one rig as the driver uses them; raises FrameError for unfit dictionaries."""
 
     def __init__(self, table: FrameTable) -> None:
+        check_units(table, [*SOURCES.values(), *(('drive', name) for name in TARGETS.values()),
+                             ('torque_sensor', 'target_external_torque')])
         self.table = table
         self.nodes = {number: name for name, number in table.ids.items()}
         self.answers: dict[int, tuple[NodeAnswer, Frame]] = {}

@@ -13,9 +13,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
+import re
 
 from canopen import import_od, ObjectDictionary
 
+_FACTOR = re.compile(r'(?mi)^[ \t]*Factor[ \t]*[=:][ \t]*(.*?)[ \t]*\r?$')
+_SMALLEST, _LARGEST = 1e-30, 1e30  # of a Factor: beyond them values of 32 bits overflow
 SHIPPED = Path(__file__).parent / 'eds'
 NODE_IDS: Mapping[str, int] = {'drive': 1, 'load_encoder': 2, 'torque_sensor': 3}
 
@@ -74,6 +77,20 @@ def _read(path: Path, node_id: int) -> ObjectDictionary:
     if not path.is_file():
         raise DictionaryError(f'{path} is missing')
     try:
+        _check_factors(path.read_text('utf8', errors='replace'))
         return import_od(str(path), node_id)
     except Exception as error:  # configparser's, canopen's and plain ValueErrors alike
         raise DictionaryError(f'{path} is no EDS file that can be read: {error}') from error
+
+
+def _check_factors(text: str) -> None:
+    """Raise ValueError for a Factor that is no scale, of which canopen takes 1 without a word."""
+    for found in _FACTOR.finditer(text):
+        try:
+            size = abs(float(found[1]))
+        except ValueError:
+            size = 0.0
+        if not _SMALLEST <= size <= _LARGEST:
+            line = text.count('\n', 0, found.start()) + 1
+            raise ValueError(f'line {line}: Factor = {found[1]!r} is no scale; give a number of a '
+                             f'size within [{_SMALLEST:g}, {_LARGEST:g}], with a decimal point')

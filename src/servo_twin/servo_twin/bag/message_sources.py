@@ -9,11 +9,11 @@ import re
 from typing import Any, Self
 
 import numpy as np
-import yaml
 
 from .bag_writing import BagError
 from .fits_in_memory import check_fits
 from .mcap_reading import Channel, Chunk, DAMAGE, rows, Scan, scan
+from .metadata_file import metadata_of
 
 _LARGEST_RATIO = 1000  # of a chunk's size to its compressed one: a larger one is a damaged head
 _WINDOW = 10 * 10**9  # ns of messages that are read at once through rosbags
@@ -204,7 +204,7 @@ def open_source(path: Path) -> Source:
         return McapSource(path, [path])
     if not path.is_dir():
         raise BagError(f'{path} does not exist')
-    information = _metadata(path)
+    information = metadata_of(path)
     names = information.get('relative_file_paths')
     listed = [path / name for name in names if isinstance(name, str)] if isinstance(
         names, list) else []
@@ -224,19 +224,6 @@ def open_source(path: Path) -> Source:
     return source
 
 
-def _metadata(path: Path) -> dict[str, Any]:
-    """Return rosbag2's metadata, empty where a killed writer left none or half of it."""
-    try:
-        text = (path / 'metadata.yaml').read_text('utf8')
-        content = yaml.load(text, _Loader)  # noqa: S506  (SafeLoader, in C where it is there)
-        return dict(content['rosbag2_bagfile_information'])
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError):
-        return {}
-
-
 def _natural(path: Path) -> list[Path]:
     return sorted(path.glob('*.mcap'), key=lambda file: [
         int(part) if part.isdigit() else part for part in re.split(r'(\d+)', file.name)])
-
-
-_Loader = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)

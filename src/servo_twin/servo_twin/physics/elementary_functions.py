@@ -49,6 +49,12 @@ def limited(x, limit):
 
 
 @njit(error_model='numpy')
+def whole(x):
+    """Return the largest whole number that is not above x, as a float: NaN stays NaN."""
+    return np.floor(x)
+
+
+@njit(error_model='numpy')
 def _power_and_growth(y):
     """
     Return (2^k, e^r - 1) with e^y = 2^k e^r and abs(r) at most half of ln 2; abs(y) below 708.

@@ -50,8 +50,8 @@ def evaluate_models(theta, on, x, motion, out, h):
                       motor / mechanism.ratio)
         lost = mesh_error(theta, on, x, teeth, h)
         left = wind_up - lost
-        half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
-        left -= min(max(left, -half), half)
+        half = 0.5 * max(mesh_clearance(theta, on, x, teeth, h), 0.0)
+        left -= min(max(-half, left), half)
         touching = half == 0.0 or left != 0.0
         slope = mesh_error_slope(theta, on, x, teeth, h)
         rate = rate - motor_speed * slope if touching else 0.0
@@ -70,7 +70,7 @@ def evaluate_models(theta, on, x, motion, out, h):
         swell += 0.5 * added_inertia_slope(theta, on, x, added, h) * load_speed
         inertia = added_inertia(theta, on, x, added, h)
         push -= inertia * motion[k, 4] + swell * load_speed
-        resistance = -load_way * max(0.0, load_friction(theta, on, x, at_load, h))
+        resistance = -load_way * max(load_friction(theta, on, x, at_load, h), 0.0)
         carried = (mechanism.load_inertia * motion[k, 4] + motion[k, 9] - push - resistance)
         out[k, 2], out[k, 3] = push, resistance
 
@@ -79,7 +79,7 @@ def evaluate_models(theta, on, x, motion, out, h):
                          temperature, time)
         out[k, 0] = motor_torque(theta, on, x, at_motor, h)
         out[k, 0] += torque * slope
-        out[k, 1] = -motor_way * max(0.0, motor_friction(theta, on, x, at_motor, h))
+        out[k, 1] = -motor_way * max(motor_friction(theta, on, x, at_motor, h), 0.0)
         out[k, 5] = torque
 
 

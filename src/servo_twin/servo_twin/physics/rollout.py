@@ -15,7 +15,7 @@ def align(theta, on, x, torque):
     teeth = Teeth(x[MOTOR_ANGLE], x[LOAD_ANGLE], x[LOAD_DIRECTION], 0.0, torque,
                   x[MOTOR_ANGLE] / mechanism.ratio)
     lost = mesh_error(theta, on, x, teeth, 0.0)
-    gap = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, 0.0))
+    gap = 0.5 * max(mesh_clearance(theta, on, x, teeth, 0.0), 0.0)
     if torque < 0.0:
         gap = -gap
     elif torque == 0.0:
@@ -94,7 +94,8 @@ def run(theta, on, x, u, y, substeps, h, mode):
         y[k, 4] = command
 
         # up to the next sample
-        external, temperature = u[k, EXTERNAL], u[k, TEMPERATURE]
+        external = u[k, EXTERNAL]
+        temperature = u[k, TEMPERATURE] + 0.0 * u[k, TEMPERATURE]  # NaN where it is infinite
         for i in range(substeps):
             if mode == FORCED_CURRENT:
                 share = (i + 0.5) / substeps

@@ -51,8 +51,8 @@ def check_step(servo: Servo) -> None:
 
     Judged are the mechanism at rest with the effects of transmission and shafts, the winding of
     the drive, what its command and current lose with the motor speed, and the cycle of a drive
-    with loops of its own. Not judged are harmonics, learned effects, curves away from rest,
-    controllers, and an FMU, which has a step of its own.
+    with loops of its own. Not judged are errors and ripple that go with a torque or a current,
+    learned effects, curves away from rest, controllers, and an FMU, which has a step of its own.
     """
     if issubclass(servo.drive, DigitalDrive):
         cycle = number(servo, 'drive.current_cycle')

@@ -1,8 +1,7 @@
 """An encoder that reads whole counts."""
 
-from math import floor
-
 from ..effect import Parameter
+from ..elementary_functions import whole
 from ..ports import Sensor
 
 
@@ -25,4 +24,4 @@ class EncoderCounts(Sensor):
     def law(p, s, motion, h):
         if p.count <= 0.0:
             return motion.value
-        return p.count * floor(motion.value / p.count + 0.5)
+        return p.count * whole(motion.value / p.count + 0.5)

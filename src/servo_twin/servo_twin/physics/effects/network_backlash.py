@@ -1,8 +1,9 @@
 """Lost motion learned from measurements."""
 
-from math import floor, pi
+from math import pi
 
 from ..effect import Parameter
+from ..elementary_functions import whole
 from ..network import two_layers
 from ..ports import Clearance
 
@@ -42,7 +43,7 @@ class NetworkBacklash(Clearance):
         if h > 0.0:
             load = s[32] + h / (h + p.settling) * (load - s[32])
         s[32] = load
-        angle = motion.load_angle - p.turn * floor(motion.load_angle / p.turn)
+        angle = motion.load_angle - p.turn * whole(motion.load_angle / p.turn)
         x1 = (angle - p.angle_centre) / p.angle_span
         x2 = (load - p.load_centre) / p.load_span
         return two_layers(p.angle, p.load, p.threshold, p.weight, x1, x2, s) - p.level

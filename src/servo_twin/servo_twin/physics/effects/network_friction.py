@@ -1,8 +1,9 @@
 """Friction learned from measurements: one network forward, one in reverse."""
 
-from math import floor, pi
+from math import pi
 
 from ..effect import Parameter
+from ..elementary_functions import whole
 from ..network import two_layers
 from ..ports import Friction
 
@@ -41,7 +42,7 @@ class NetworkFriction(Friction):
 
     @staticmethod
     def law(p, s, motion, h):
-        angle = motion.angle - p.turn * floor(motion.angle / p.turn)
+        angle = motion.angle - p.turn * whole(motion.angle / p.turn)
         x1 = (angle - p.angle_centre) / p.angle_span
         x2 = (abs(motion.speed) - p.speed_centre) / p.speed_span
         if motion.direction > 0.0:

@@ -186,8 +186,8 @@ class BallScrew(Mechanism):
         teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE],
                       driven)
         wind_up = driven - x[ZERO] - mesh_error(theta, on, x, teeth, h) - load
-        half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
-        wind_up -= min(max(wind_up, -half), half)
+        half = 0.5 * max(mesh_clearance(theta, on, x, teeth, h), 0.0)  # in this order NaN stays
+        wind_up -= min(max(-half, wind_up), half)
         touching = half == 0.0 or wind_up != 0.0
         rate = (screw_speed * turns - load_speed) if touching else 0.0
         pressed = turns * (p.stiffness * wind_up + p.damping * rate) / series
@@ -206,7 +206,7 @@ class BallScrew(Mechanism):
         push = current_torque - carried + motor_torque(theta, on, x, shaft, h)
         way = 1.0 if motor_speed + h / p.rotor_inertia * push > 0.0 else -1.0
         shaft = Shaft(motor, motor_speed, way, carried, travel, x[CURRENT], temperature, time)
-        budget = max(0.0, motor_friction(theta, on, x, shaft, h))
+        budget = max(motor_friction(theta, on, x, shaft, h), 0.0)
         slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, p.rotor_inertia, h)
         x[MECHANISM + 1] = x[MOTOR_SPEED] - screw_speed
         x[MECHANISM] = twist + h * x[MECHANISM + 1]
@@ -218,7 +218,7 @@ class BallScrew(Mechanism):
         push = force + (load_torque(theta, on, x, shaft, h) - external)
         way = 1.0 if load_speed + h / p.load_inertia * push > 0.0 else -1.0
         shaft = Shaft(load, load_speed, way, force, travel, x[CURRENT], temperature, time)
-        budget = max(0.0, load_friction(theta, on, x, shaft, h))
+        budget = max(load_friction(theta, on, x, shaft, h), 0.0)
         slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, p.load_inertia, h)
 
         x[TIME] = time + h

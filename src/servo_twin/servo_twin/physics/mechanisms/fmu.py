@@ -123,8 +123,8 @@ class Fmu(Mechanism):
                          x[CURRENT], temperature, time)
         at_load = Shaft(load, x[LOAD_SPEED], load_way, torque, load_travel, x[CURRENT],
                         temperature, time)
-        motor_budget = max(0.0, motor_friction(theta, on, x, at_motor, h))
-        load_budget = max(0.0, load_friction(theta, on, x, at_load, h))
+        motor_budget = max(motor_friction(theta, on, x, at_motor, h), 0.0)
+        load_budget = max(load_friction(theta, on, x, at_load, h), 0.0)
         if two:
             motor_resists = min(max(stop_motor, -motor_budget), motor_budget)
             load_resists = min(max(stop_load, -load_budget), load_budget)

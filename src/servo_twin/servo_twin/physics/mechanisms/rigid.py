@@ -86,8 +86,8 @@ class Rigid(Mechanism):
         at_motor = Shaft(motor, x[MOTOR_SPEED], way, felt, travel, x[CURRENT], temperature, time)
         at_load = Shaft(load, x[LOAD_SPEED], way, x[TORQUE], travel * turns, x[CURRENT],
                         temperature, time)
-        motor_budget = max(0.0, motor_friction(theta, on, x, at_motor, h))
-        load_budget = max(0.0, load_friction(theta, on, x, at_load, h)) * turns
+        motor_budget = max(motor_friction(theta, on, x, at_motor, h), 0.0)
+        load_budget = max(load_friction(theta, on, x, at_load, h), 0.0) * turns
         before = x[MOTOR_SPEED]
         budget = motor_budget + load_budget
         resisted = slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, inertia, h)

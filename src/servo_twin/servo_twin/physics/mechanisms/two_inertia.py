@@ -92,8 +92,8 @@ class TwoInertia(Mechanism):
         teeth = Teeth(motor, load, x[LOAD_DIRECTION], abs(load - x[LOAD_REVERSAL]), x[TORQUE],
                       driven)
         wind_up = driven - load - x[ZERO] - mesh_error(theta, on, x, teeth, h)
-        half = 0.5 * max(0.0, mesh_clearance(theta, on, x, teeth, h))
-        wind_up -= min(max(wind_up, -half), half)
+        half = 0.5 * max(mesh_clearance(theta, on, x, teeth, h), 0.0)  # in this order NaN stays
+        wind_up -= min(max(-half, wind_up), half)
         touching = half == 0.0 or wind_up != 0.0
         # an error that goes with the motor turns the far side of the damper as well
         turned = turns - mesh_error_slope(theta, on, x, teeth, h)
@@ -110,7 +110,7 @@ class TwoInertia(Mechanism):
         push = current_torque - felt + motor_torque(theta, on, x, shaft, h)
         way = 1.0 if x[MOTOR_SPEED] + h / p.rotor_inertia * push > 0.0 else -1.0
         shaft = Shaft(motor, x[MOTOR_SPEED], way, felt, travel, x[CURRENT], temperature, time)
-        budget = max(0.0, motor_friction(theta, on, x, shaft, h))
+        budget = max(motor_friction(theta, on, x, shaft, h), 0.0)
         slide(x, MOTOR_ANGLE, MOTOR_DIRECTION, push, budget, p.rotor_inertia, h)
 
         # the load shaft
@@ -122,7 +122,7 @@ class TwoInertia(Mechanism):
         push -= x[SWELL] / (1.0 + h * x[SWELL] / inertia) * x[LOAD_SPEED]  # see Mechanism
         way = 1.0 if x[LOAD_SPEED] + h / inertia * push > 0.0 else -1.0
         shaft = Shaft(load, x[LOAD_SPEED], way, torque, travel, x[CURRENT], temperature, time)
-        budget = max(0.0, load_friction(theta, on, x, shaft, h))
+        budget = max(load_friction(theta, on, x, shaft, h), 0.0)
         slide(x, LOAD_ANGLE, LOAD_DIRECTION, push, budget, inertia, h)
 
         x[TIME] = time + h
