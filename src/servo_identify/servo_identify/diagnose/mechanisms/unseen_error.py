@@ -48,6 +48,7 @@ def unseen_error(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]
     if not unseen > 0.0 or (servo.mechanism.compliant and not servo.mechanism.correctable):
         return
     mechanism = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
+    low, high = find('transmission_error').parameters['order'].bounds
     made: dict[float, Columns] = {}
     for angle, lead in (('load_angle', 1.0), ('motor_angle', ratio)):
         if not builder.turns(angle) or (angle == 'motor_angle' and ratio == 1.0):
@@ -58,8 +59,8 @@ def unseen_error(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]
         known = set(made)
         for orders in series_of(found):
             led = [lead * order for order in orders]
-            if known.issuperset(led):  # over the turn of the other shaft it was tried
-                continue
+            if known.issuperset(led) or not low <= min(led) <= max(led) <= high:
+                continue  # over the turn of the other shaft it was tried, or no twin has it
             for order in set(led) - made.keys():
                 made[order] = _columns(builder, order)
             several = [made[order] for order in led]
