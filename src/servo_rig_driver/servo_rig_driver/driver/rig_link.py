@@ -6,9 +6,12 @@ from collections.abc import Callable
 import os
 from threading import Thread
 
+import can
+
 from ..can_bus.bus_opening import Wire
 from ..can_bus.bus_port import BusPort, Frames
-from .link_states import LinkStates
+from .left_on import LeftOn
+from .link_states import FOREIGN_SILENCE, LinkStates
 from .paced_requests import LinkSettings, PacedRequests
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
@@ -44,17 +47,28 @@ class RigLink:
         self.requests = PacedRequests(settings, sampler, health, self._port, self._clock, publish)
         self._states = LinkStates(settings, sampler, watch, health, self._port, self._clock,
                                   self.requests)
+        self._left_on = LeftOn(sampler, self._port, health, self._clock.now)
+        self._listen_time = settings.listen_time
         self._priority = settings.priority
         self._thread = Thread(target=self._serve, name='rig link', daemon=True)
 
     def open(self) -> None:
-        """Open the bus; raises can.CanError, or ForeignDriver when another driver is there."""
+        """
+        Open the bus, and take the torque away from a drive that nobody leads.
+
+        Raises can.CanError, or ForeignDriver when another driver is there.
+        """
         self._port.open()
-        self._states.listen()
-        if self.watch.foreign:
+        try:
+            self._states.listen()
+            if self.watch.foreign:
+                raise ForeignDriver('another driver is on this bus, it sends '
+                                    f'{self.watch.foreign}; two would fight over the drive, so '
+                                    'this one stays away')
+            self._left_on.begin(self._listen_time)
+        except (can.CanError, ForeignDriver):
             self._port.close()
-            raise ForeignDriver(f'another driver is on this bus, it sends {self.watch.foreign}; '
-                                'two would fight over the drive, so this one stays away')
+            raise
         self._thread.start()
 
     @property
@@ -97,9 +111,15 @@ class RigLink:
             self.stop()
             self._states.closing = True
             self._thread.join(5.0)
+            if not self.watch.foreign_within(FOREIGN_SILENCE, self.now()):
+                self._left_on.rest()
         self._port.close()
         self._states.state = 'closed'
         return not self.sampler.owes
+
+    def look(self) -> None:
+        """Say where the drive has torque though this link does not lead it."""
+        self._left_on.look(self.state == 'idle')
 
     def now(self) -> int:
         """Return the time on the samples' clock, ns."""
