@@ -20,6 +20,8 @@ from .sampler import Sampler
 from .steady_clock import SteadyClock
 
 SECOND = 1_000_000_000
+STEPPED = SECOND // 10
+"""ns by which the ROS clock may have been set before the stamps of samples are called off."""
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
 
@@ -118,8 +120,17 @@ class RigLink:
         return not self.sampler.owes
 
     def look(self) -> None:
-        """Say where the drive has torque though this link does not lead it."""
+        """Say where the drive has torque without this link, and where the clock was set."""
         self._left_on.look(self.state == 'idle')
+        stepped = self.stepped()
+        if abs(stepped) < STEPPED:
+            self.health.over('samples.clock', self.now())
+            return
+        self.health.trouble(
+            'samples.clock', f'the clock was set by {stepped / SECOND:+.1f} s, or the machine '
+            'slept, since the driver was configured: samples are stamped by the clock before, so '
+            'that they do not fit those of other nodes; clean the driver up and configure it '
+            'again', self.now(), Level.WARN)
 
     def now(self) -> int:
         """Return the time on the samples' clock, ns."""
