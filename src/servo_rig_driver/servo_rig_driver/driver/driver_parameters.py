@@ -20,7 +20,6 @@ from ..devices.protocols import PROTOCOLS
 from .encoder_leaps import FASTEST, MEANING
 from .limits import Limits
 
-
 PERIODS = 3
 """How often a drive that is asked for each sample is to be asked within its watchdog, at least."""
 
