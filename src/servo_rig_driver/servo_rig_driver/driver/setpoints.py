@@ -16,8 +16,10 @@ from .limits import Limits, Mode, Setpoint, UNITS
 
 SECOND = 1_000_000_000
 GAP = SECOND
-"""ns that a block may start after the last set-point that waits: by the sender's clock that is far
-ahead of the driver's, the motor would move long after somebody has stopped to command it."""
+"""
+ns that a block may start after the last set-point that waits. By a sender's clock that is ahead of
+the driver's, the motor would move long after anybody commands it.
+"""
 RESTS = 0.01
 """Share of its limit within which a last voltage, current or speed leaves the rig at rest."""
 
@@ -70,8 +72,8 @@ class SetpointPlayer:
 
         References outside the limits are clamped and counted. Raises Refused when the mode is
         unknown, lengths differ, a value is not finite, the period of a block is not positive or
-        longer than ``horizon`` s, the block lies more than ``horizon`` s ahead, or more than GAP
-        behind all that waits, or does not fit the queue.
+        longer than ``horizon`` s. So it does when the block lies more than ``horizon`` s ahead, or
+        more than GAP behind all that waits, or does not fit the queue.
 
         OFF is never refused and never too old: of its block the stamp alone counts, and where
         that cannot be followed the motor is off at once.
