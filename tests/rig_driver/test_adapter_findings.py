@@ -262,6 +262,31 @@ def test_it_says_that_samples_lack_what_comes_too_late_for_them(tmp_path, every,
     assert 'voltage' not in two.told and two.lacking('voltage') < 0.1
 
 
+@pytest.mark.parametrize(('late', 'said'), [
+    (-90, '/drive: its stamps are 90 ms before our clock, and those of /angle are not'),
+    (-10, ''), (4, '')])
+def test_it_says_that_two_topics_are_stamped_by_clocks_that_differ_by_less_than_it_mends(
+        tmp_path, late, said):
+    two = TwoTopics(tmp_path, 2, late)
+    assert said in two.told if said else two.told == ''
+
+
+def test_topics_whose_stamps_are_all_before_our_clock_are_of_one_clock(tmp_path, monkeypatch):
+    put = SampleStream.put
+    monkeypatch.setattr(SampleStream, 'put', lambda self, topic, value, stamp, received: put(
+        self, topic, value, stamp + 50 * MS, received))  # as beside a coarse /clock
+    assert TwoTopics(tmp_path, 2).told == ''
+
+
+@pytest.mark.parametrize(('every', 'said'), [
+    (5, '40 of 200 messages had no stamp and count by their receipt, the others by their stamp'),
+    (1, '')])
+def test_it_says_that_some_messages_have_no_stamp(every, said):
+    k = count()
+    told = Robot().says(5.0, stamp=lambda now: 0 if next(k) % every == 0 else now).told
+    assert said in told if said else told == ''
+
+
 @pytest.mark.parametrize('points', [((0, 2.0), (1, 3.0)), ((0, 2.0),)])
 def test_a_point_of_a_trajectory_is_taken_where_it_holds_at_once(points):
     def message(ahead):

@@ -80,3 +80,16 @@ def test_what_the_frames_of_a_drive_do_not_carry_is_refused_before_it_moves(name
 def test_what_a_data_sheet_has_to_say_has_no_default():
     with pytest.raises(DeviceError, match='device.ratio = 0; it must be given, above 0'):
         DriveSettings(1, 0, 0.0, 0.1, 0.1)
+
+
+@pytest.mark.parametrize(('given', 'said'), [
+    ({'sync_period': 0.05}, 'device.watchdog = 0.1 s is less than 3 times sync_period = 0.05 s'),
+    ({'sync_period': 0.05, 'device.watchdog': 0.15}, ''),
+    ({'sync_period': 0.05, 'protocol': 'canopen'}, ''),
+    ({'joint_names': ['hip', 'hip']}, 'it holds two names that differ'),
+    ({'joint_names': ['hip', '']}, 'it holds two names that differ')])
+def test_parameters_that_cannot_hold_together_are_refused(given, said):
+    of = {one.name: one.default for one in DECLARED} | {'protocol': 'moteus'}
+    assert not contradiction(of)
+    told = contradiction(of | given)
+    assert said in told and bool(said) == bool(told)

@@ -3,6 +3,7 @@
 import re
 from time import time_ns
 
+from drive_bench import Link, parameters
 from driver_bench import DriverProcess, Listener, wait_for
 from lifecycle_msgs.msg import Transition
 import pytest
@@ -48,6 +49,18 @@ def test_it_sees_how_far_ros_time_was_set_and_goes_on_as_before():
     assert 0 < clock.now() - before < 10_000
 
 
+def test_a_link_whose_clock_was_set_says_that_its_samples_go_by_the_one_before(tmp_path):
+    ahead = [0]
+    with CanHub(str(tmp_path / 'none.can')):
+        made = Link(str(tmp_path / 'none.can'), parameters('robstride'))
+        made.link._clock = SteadyClock(lambda: time_ns() + ahead[0])
+        for said, step in ((False, 50_000_000), (True, -3_000_000_000), (False, 0)):
+            ahead[0] = step
+            made.link.look()
+            assert made.health.has('samples.clock') == said
+    assert any('set by -3.0 s' in one.text for one in made.health.past)
+
+
 @pytest.mark.ros
 def test_after_the_clock_was_set_no_command_moves_the_motor(tmp_path, monkeypatch):
     channel, clock = str(tmp_path / 'rig.can'), SteppedClock(tmp_path)
@@ -78,6 +91,7 @@ def test_after_the_clock_was_set_no_command_moves_the_motor(tmp_path, monkeypatc
             wait_for(lambda: ears.command(1, [3.0], now()) or rig.taken[-1][1] == 0.0,
                      'the motor is at zero')
             said = ears.has_heard('command dropped, motor at zero: the clock was set by +')
+            ears.has_heard('samples are stamped by the clock before')
             told = float(re.search(r'set by \+([0-9.]+) s', said)[1])
             assert told == pytest.approx(20.0, abs=0.1)
             ears.command(1, [3.0], now() - 20 * 10**9)

@@ -164,6 +164,25 @@ def test_it_refuses_a_block_it_cannot_play_and_keeps_what_it_had(
     assert play.at(0, 0).reference == 4.0
 
 
+def test_a_sender_whose_clock_is_ahead_moves_nothing_after_it_said_off():
+    play, ahead = player(), 20 * SECOND
+    for now in range(0, SECOND, 100 * MS):
+        with pytest.raises(Refused, match='starts 20.0 s ahead, and at most 1 s are allowed'):
+            play.add(now + ahead, Mode.VELOCITY, 1e-3, [1.0] * 100, [], now)
+    play.add(SECOND, Mode.VELOCITY, 1e-3, [1.0] * 100, [], SECOND)
+    play.add(SECOND + ahead, Mode.OFF, 0.0, [], [], SECOND)
+    assert play.at(SECOND, SECOND).mode is Mode.OFF
+    assert play.at(SECOND + ahead, SECOND + ahead) is None and not play.waiting
+
+
+def test_blocks_that_follow_each_other_may_wait_for_longer_than_the_gap():
+    play = player()
+    for start in range(0, 20 * SECOND, SECOND):
+        play.add(start, Mode.VELOCITY, 1e-2, [1.0] * 100, [], now=0)
+    play.add(20 * SECOND, Mode.OFF, 0.0, [], [], now=0)
+    assert play.waiting == 2001
+
+
 def test_it_refuses_more_than_fits_the_queue():
     play = SetpointPlayer(1.0, LIMITS, capacity=3)
     with pytest.raises(Refused, match='4 set-points do not fit'):

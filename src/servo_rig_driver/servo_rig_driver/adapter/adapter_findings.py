@@ -9,6 +9,8 @@ from ..driver.rig_health import Level, RigHealth
 from .sample_stream import SampleStream, SECOND
 from .topic_watch import TopicWatch
 
+AHEAD = 20_000_000
+"""ns by which no stamp of our own clock is ahead of its receipt, nor of a simulated one."""
 MANY = 0.1
 """Share of the samples that may lack a column of another topic, as where one message is lost."""
 
@@ -27,6 +29,7 @@ class AdapterFindings:
         self._told = {'lost': 0, 'restarts': 0, 'rates': 0}
         self._samples, self._blank = 0, dict.fromkeys(stream.blank, 0)
         self._disorder: dict[str, dict[str, int]] = {}
+        self._stamps = {topic: (0, 0) for topic in stream.topics}
         self._time = 0, monotonic()  # the last ROS time that was new, and when that was
 
     def tell(self, publishers: Mapping[str, Sequence[str]], now: int) -> None:
@@ -42,7 +45,8 @@ class AdapterFindings:
         late = self._late()
         for topic, names in publishers.items():
             told = self.watches[topic].report(names)
-            found = told | self._pace(topic) | self._order(topic) | {
+            found = told | self._pace(topic) | self._ahead(topic) | self._unset(topic)
+            found |= self._order(topic) | {
                 f'{name} late': said for name, said in late.items()
                 if name not in told and name in [one.name for one in self._stream.topics[topic]]}
             known = self._named(topic)
@@ -60,6 +64,28 @@ class AdapterFindings:
         return {} if pace == 1.0 else {'pace': (Level.ERROR, (
             f'its stamps go at {pace:.2g} of our time; beside a simulation set use_sim_time, '
             'else set the stamps, or leave them zero'))}
+
+    def _ahead(self, topic: str) -> dict[str, tuple[Level, str]]:
+        """Return what is to be said of stamps before our clock, where another topic has others."""
+        least = {name: clock.least for name, clock in self._stream.clocks.items()
+                 if clock.least is not None and not clock.offset}
+        if topic not in least or least[topic] > -AHEAD or max(least.values()) < (
+                least[topic] + AHEAD):
+            return {}
+        other = self._named(max(least, key=lambda name: least[name]))
+        return {'ahead': (Level.WARN, (
+            f'its stamps are {least[topic] * -1e-6:.3g} ms before our clock, and those of {other} '
+            'are not. Less than 0.1 s is left as it is, so that the columns of the two do not '
+            'belong together; synchronize the clocks of the machines'))}
+
+    def _unset(self, topic: str) -> dict[str, tuple[Level, str]]:
+        """Return what is to be said where some messages had no stamp, and others had one."""
+        clock, (taken, unset) = self._stream.clocks[topic], self._stamps[topic]
+        self._stamps[topic] = clock.taken, clock.unset
+        taken, unset = clock.taken - taken, clock.unset - unset
+        return {'unset': (Level.WARN, (
+            f'{unset} of {taken} messages had no stamp and count by their receipt, the others by '
+            'their stamp; does one node publish it?'))} if 0 < unset < taken else {}
 
     def _late(self) -> dict[str, tuple[Level, str]]:
         """Return what is to be said of columns that many samples since the last time lack."""

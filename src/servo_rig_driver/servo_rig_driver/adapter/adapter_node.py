@@ -130,9 +130,11 @@ class Adapter(Node):
         for topic, kind in self._topics.kinds.items():
             usual, name = stream.usual_period(topic), self.resolve_topic_name(topic)
             facts[name] = f'{kind}, ' + (f'{1.0 / usual:.4g} Hz' if usual else 'not yet heard')
-            offset = stream.clocks[topic].offset
-            if offset:
-                facts[f'clock of {name}'] = f'{-offset * 1e-9:+.6f} s against ours'
+            clock = stream.clocks[topic]
+            if clock.offset:
+                facts[f'clock of {name}'] = f'{-clock.offset * 1e-9:+.6f} s against ours'
+            if clock.unset and clock.unset == clock.taken:
+                facts[f'clock of {name}'] = 'no stamps: the instant of receipt counts'
         return facts
 
 

@@ -21,12 +21,15 @@ class ClockOffset:
     is how fast the clock goes, 1 where it was within PACE of ours in one of the last two windows:
     a simulation has a pace of its own, and the clock of stamps that never change stands still.
     Both must be off alike: a wrong stamp between two windows makes one short and the other long.
-    ``strays`` counts stamps that no other one agreed with.
+    ``strays`` counts stamps that no other one agreed with, ``taken`` all other messages, ``unset``
+    those of them whose stamp is 0. ``least`` is the least of (receipt - stamp) in the last window,
+    None before: below 0, the clock is before ours.
     """
 
     def __init__(self) -> None:
         self.offset = 0
-        self.jumps = self.strays = 0
+        self.jumps = self.strays = self.taken = self.unset = 0
+        self.least: int | None = None
         self._target: int | None = None
         self._least: int | None = None
         self._until = 0
@@ -71,7 +74,9 @@ class ClockOffset:
 
     def local(self, stamp: int, received: int) -> int:
         """Return the instant of a message by our clock; a stamp of 0 is none: the receipt."""
+        self.taken += 1
         if not stamp:
+            self.unset += 1
             return received
         seen = received - stamp
         self._begun = self._begun or (stamp, received)
@@ -81,7 +86,7 @@ class ClockOffset:
             self.offset = self._wanted(self._least)
             self._until = self._until or received + WINDOW
         if received >= self._until:
-            self._target = self._wanted(self._least)
+            self._target, self.least = self._wanted(self._least), self._least
             self._least, self._until = None, received + WINDOW
             self._measure(stamp, received)
             if abs(self._target - self.offset) > SAME:

@@ -38,6 +38,11 @@ class BusPort:
         except NotImplementedError:
             self._descriptor = None
 
+    @property
+    def opened(self) -> bool:
+        """Whether the bus was opened, and not left since."""
+        return self._wire is not None
+
     def close(self) -> None:
         """Leave the bus; closing twice does no harm."""
         wire, self._wire = self._wire, None

@@ -97,6 +97,10 @@ class Device(ABC):
     def start(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]) -> Outcome:
         """Bring all nodes to where they answer, without torque; tries for as long as wanted."""
 
+    def query(self) -> Frames:
+        """Return a request that changes nothing and gives no torque; []: there is none."""
+        return []
+
     @abstractmethod
     def ask(self, number: int, order: Order, point: Setpoint | None, now: int) -> Frames:
         """

@@ -266,6 +266,8 @@ class Driver(ManagedNode):
 
     def _look(self) -> None:
         now = self._link.now() if self._link else self._ros_now()
+        if self._link is not None:
+            self._link.look()
         self._several(now)
         if self._values['autostart'] and not self._led and not self.finished.done():
             self._start_by_itself(now)

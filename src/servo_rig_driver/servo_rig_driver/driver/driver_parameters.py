@@ -20,6 +20,9 @@ from ..devices.protocols import PROTOCOLS
 from .encoder_leaps import FASTEST, MEANING
 from .limits import Limits
 
+PERIODS = 3
+"""How often a drive that is asked for each sample is to be asked within its watchdog, at least."""
+
 
 class Contradiction(ValueError):
     """Parameters that are each in range and cannot all hold."""
@@ -218,8 +221,14 @@ def contradiction(of: dict[str, Any]) -> str:
     if of['limit.position_lower'] > of['limit.position_upper']:
         return (f"limit.position_lower = {of['limit.position_lower']} rad is above "
                 f"limit.position_upper = {of['limit.position_upper']} rad")
-    if len(of['joint_names']) != 2:
-        return f"joint_names = {list(of['joint_names'])}; it holds two names, motor and load"
+    if len(of['joint_names']) != 2 or len({'', *of['joint_names']}) != 3:
+        return (f"joint_names = {list(of['joint_names'])}; it holds two names that differ, motor "
+                'and load')
+    periods = round(of['device.watchdog'] / of['sync_period'], 6)
+    if of['protocol'] != 'canopen' and periods < PERIODS:
+        return (f"device.watchdog = {of['device.watchdog']:g} s is less than {PERIODS} times "
+                f"sync_period = {of['sync_period']:g} s; the drive would stop between two "
+                'requests, and few set-points would go out')
     if of['protocol'] == 'mit':
         for gain in ('kd', 'brake'):
             if not of[f'device.{gain}'] > 0.0:

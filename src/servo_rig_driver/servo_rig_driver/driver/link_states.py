@@ -96,7 +96,7 @@ class LinkStates:
         while not self.closing:
             self._port.receive(0.05)
             if self.active:
-                if self._foreign_lately():
+                if self.watch.foreign_within(FOREIGN_SILENCE, self.now()):
                     return self._yielding
                 self.watch.foreign = ''
                 return self._waking
@@ -245,6 +245,3 @@ class LinkStates:
         until = self.now() + int(self.settings.listen_time * SECOND)
         while self.now() < until and not self.watch.foreign:
             self._port.receive(0.02)
-
-    def _foreign_lately(self) -> bool:
-        return bool(self.watch.foreign) and self.now() - self.watch.foreign_at < FOREIGN_SILENCE

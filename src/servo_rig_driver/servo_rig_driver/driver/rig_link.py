@@ -6,9 +6,12 @@ from collections.abc import Callable
 import os
 from threading import Thread
 
+import can
+
 from ..can_bus.bus_opening import Wire
 from ..can_bus.bus_port import BusPort, Frames
-from .link_states import LinkStates
+from .left_on import LeftOn
+from .link_states import FOREIGN_SILENCE, LinkStates
 from .paced_requests import LinkSettings, PacedRequests
 from .rig_health import Level, RigHealth
 from .rig_watch import RigWatch
@@ -17,6 +20,8 @@ from .sampler import Sampler
 from .steady_clock import SteadyClock
 
 SECOND = 1_000_000_000
+STEPPED = SECOND // 10
+"""ns by which the ROS clock may have been set before the stamps of samples are called off."""
 DISABLING_MAY_TAKE = 0.8  # s from the end of the quick stop to a drive without torque
 WAKING_MAY_TAKE = 1.0  # s to the thread of the link on a busy machine
 
@@ -44,17 +49,28 @@ class RigLink:
         self.requests = PacedRequests(settings, sampler, health, self._port, self._clock, publish)
         self._states = LinkStates(settings, sampler, watch, health, self._port, self._clock,
                                   self.requests)
+        self._left_on = LeftOn(sampler, self._port, health, self._clock.now)
+        self._listen_time = settings.listen_time
         self._priority = settings.priority
         self._thread = Thread(target=self._serve, name='rig link', daemon=True)
 
     def open(self) -> None:
-        """Open the bus; raises can.CanError, or ForeignDriver when another driver is there."""
+        """
+        Open the bus, and take the torque away from a drive that nobody leads.
+
+        Raises can.CanError, or ForeignDriver when another driver is there.
+        """
         self._port.open()
-        self._states.listen()
-        if self.watch.foreign:
+        try:
+            self._states.listen()
+            if self.watch.foreign:
+                raise ForeignDriver('another driver is on this bus, it sends '
+                                    f'{self.watch.foreign}; two would fight over the drive, so '
+                                    'this one stays away')
+            self._left_on.begin(self._listen_time)
+        except (can.CanError, ForeignDriver):
             self._port.close()
-            raise ForeignDriver(f'another driver is on this bus, it sends {self.watch.foreign}; '
-                                'two would fight over the drive, so this one stays away')
+            raise
         self._thread.start()
 
     @property
@@ -97,9 +113,24 @@ class RigLink:
             self.stop()
             self._states.closing = True
             self._thread.join(5.0)
+            if not self.watch.foreign_within(FOREIGN_SILENCE, self.now()):
+                self._left_on.rest()
         self._port.close()
         self._states.state = 'closed'
         return not self.sampler.owes
+
+    def look(self) -> None:
+        """Say where the drive has torque without this link, and where the clock was set."""
+        self._left_on.look(self.state == 'idle')
+        stepped = self.stepped()
+        if abs(stepped) < STEPPED:
+            self.health.over('samples.clock', self.now())
+            return
+        self.health.trouble(
+            'samples.clock', f'the clock was set by {stepped / SECOND:+.1f} s, or the machine '
+            'slept, since the driver was configured: samples are stamped by the clock before, so '
+            'that they do not fit those of other nodes; clean the driver up and configure it '
+            'again', self.now(), Level.WARN)
 
     def now(self) -> int:
         """Return the time on the samples' clock, ns."""

@@ -52,6 +52,10 @@ class RigWatch:
         self.foreign_at = now
         self.health.count('bus.foreign_frames')
 
+    def foreign_within(self, lately: int, now: int) -> bool:
+        """Whether another driver was heard within the last ``lately`` ns."""
+        return bool(self.foreign) and now - self.foreign_at < lately
+
     def booted(self, node: int) -> None:
         """Note that a node has started again."""
         self.restarted = self.name(node)

@@ -15,6 +15,11 @@ from threading import Lock
 from .limits import Limits, Mode, Setpoint, UNITS
 
 SECOND = 1_000_000_000
+GAP = SECOND
+"""
+ns that a block may start after the last set-point that waits. By a sender's clock that is ahead of
+the driver's, the motor would move long after anybody commands it.
+"""
 RESTS = 0.01
 """Share of its limit within which a last voltage, current or speed leaves the rig at rest."""
 
@@ -67,7 +72,8 @@ class SetpointPlayer:
 
         References outside the limits are clamped and counted. Raises Refused when the mode is
         unknown, lengths differ, a value is not finite, the period of a block is not positive or
-        longer than ``horizon`` s, the block lies too far ahead or does not fit the queue.
+        longer than ``horizon`` s. So it does when the block lies more than ``horizon`` s ahead, or
+        more than GAP behind all that waits, or does not fit the queue.
 
         OFF is never refused and never too old: of its block the stamp alone counts, and where
         that cannot be followed the motor is off at once.
@@ -76,7 +82,7 @@ class SetpointPlayer:
         oldest = now - int(self.timeout * SECOND)
         if mode is Mode.OFF:
             reference, external_torque = [0.0], []
-            if not oldest <= start <= now + int(self.horizon * SECOND):
+            if start < oldest or self._too_far(start, now):
                 start = now
         step = period * SECOND
         points, too_old, clamped = [], 0, []
@@ -129,11 +135,23 @@ class SetpointPlayer:
         if len(reference) > 1 and not 0.0 < period <= self.horizon:
             raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs one '
                           f'above 0, of at most {self.horizon:g} s')
-        ahead = (start - now) / SECOND
-        if ahead > self.horizon:
-            raise Refused(f'the block starts {ahead:.1f} s ahead, at most {self.horizon:g} s are '
-                          "allowed; do sender and driver share the driver's ROS clock?")
+        if allowed := self._too_far(start, now):
+            raise Refused(f'the block starts {(start - now) / SECOND:.1f} s ahead, {allowed}; '
+                          "do sender and driver share the driver's ROS clock?")
         return mode
+
+    def _too_far(self, start: int, now: int) -> str:
+        """
+        Return what is allowed where a block starts later than that; '' where it does not.
+
+        The motor must not begin to move long after it was told to, when nobody expects that.
+        """
+        if start - now > self.horizon * SECOND:
+            return f'at most {self.horizon:g} s are allowed'
+        with self._lock:
+            last = max(now, self._queue[-1].instant) if self._queue else now
+        return (f'and at most {GAP / SECOND:g} s are allowed without a set-point before it'
+                if start - last > GAP else '')
 
     def at(self, instant: int, now: int) -> Setpoint | None:
         """
