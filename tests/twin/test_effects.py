@@ -209,7 +209,8 @@ def test_an_effect_at_its_off_values_is_switched_off_to_the_last_bit(placed, mov
 @pytest.mark.parametrize('placed', every_effect.PLACED, ids=lambda p: p.name)
 def test_an_effect_at_its_defaults_changes_what_the_sensors_read(placed, moving):
     u, ideal = moving
-    low = {'effects.drive_saturation_at_command.limit': 2.0}  # V, the command reaches 6
+    low = {'effects.drive_saturation_at_command.limit': 2.0,  # V, the command reaches 6
+           'effects.braking_power_limit_at_command.power': 2.0}  # V rad/s, it brakes little
     y = run(every_effect.servo(low), u, every_effect.only(placed.name))
     assert np.isfinite(y).all()
     assert not np.array_equal(y, ideal)
