@@ -11,6 +11,7 @@ from test_driver_lifecycle import Hands
 pytestmark = pytest.mark.ros
 
 BUSY = """
+import os
 from time import sleep
 import rclpy
 from rclpy.experimental import EventsExecutor
@@ -31,7 +32,7 @@ def work():
         if FINISHES:
             done.set_result(None)
 node.create_timer(0.005, work)
-ending.then = lambda: print('rests', flush=True)
+ending.then = lambda: os.write(1, b'rests\\n')  # a print that it interrupts may hold stdout
 ending.spin(executor, done)
 node.destroy_node()
 rclpy.try_shutdown()
