@@ -64,7 +64,8 @@ def current_findings(shown: Sequence[Excitation | None], servo: Servo, sure: flo
     near = [one for one in near if one[0] < 2.0 * error + max(log(high), -log(low))]
     if not near:
         return []
-    told = '; or '.join(f'{value:.4g} would be {what}' for _, value, what in near)
+    told = '; or '.join([*(f'{value:.4g} would be {what}' for _, value, what in near),
+                         'the inertia is as many times that of the servo file, as with a payload'])
     return [Finding('amber', f'The current is {factor:.3g} +- {factor * error:.1g} times what '
                     f'inertia and torque constant of the servo file ask of this motion: {told}.',
                     'look up which current the drive writes, and which one the torque constant '

@@ -205,9 +205,11 @@ def _channels(surveys: Sequence[Survey], servo: Servo) -> list[Finding]:
                         "motor's encoder leads the twin. Nothing can be said about drive, motor "
                         'and load.', 'record the motor current')]
     if not both:
-        found.append(Finding('amber', 'With one encoder nothing can be said about a '
-                             'transmission error, and a stiffness is told by its resonance alone; '
-                             'the other shaft is where the twin has it.', 'record both encoders'))
+        found.append(Finding('amber', 'With one encoder the transmission is told by what the '
+                             'other shaft asks for alone: a stiffness by its resonance, a '
+                             'transmission error at speed; the other shaft is where the twin has '
+                             'it.',
+                             'record both encoders'))
     if not all_have('current'):
         found.append(Finding('amber', 'Without the current, drive and motor cannot be told '
                              'apart.', 'record the motor current'))
