@@ -42,7 +42,9 @@ def check_order(path: Path, time: np.ndarray) -> None:
     """Raise ValueError for times that are no numbers, or run backwards."""
     bad = np.flatnonzero(~np.isfinite(time))
     if len(bad):
-        raise ValueError(f'{path}: t = {time[bad[0]]} in row {bad[0] + 1}; every row needs a time')
+        raise ValueError(f'{path}: t = {time[bad[0]]} in row {bad[0] + 1}; every row needs a '
+                         f'time, and {len(bad)} of {len(time)} have none: delete these rows, or '
+                         'fill their times in')
     back = np.flatnonzero(np.diff(time) < 0.0)
     if len(back):
         k = back[0]
