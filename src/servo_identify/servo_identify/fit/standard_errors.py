@@ -19,9 +19,10 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, known: np.ndarra
 
     A sandwich over horizons: their scores are summed with Bartlett weights up to ``lag``
     neighbours of the same recording (Newey, West 1987), so errors may be correlated within
-    horizons and between neighbours. Where the horizons are too few for that, the larger of it and
-    the classical one, widened by the correlation time of the residuals. ``settled`` adds the step
-    that is left to go. Held numbers get NaN.
+    horizons and between neighbours. Where the horizons are too few for that, it is the classical
+    one, widened by the correlation time of the residuals and to the larger deviations of the two:
+    few scores span few directions, and would call all numbers one. ``settled`` adds the step that
+    is left to go. Held numbers get NaN.
     """
     p = len(held)
     free = np.flatnonzero(~held)
@@ -44,13 +45,12 @@ def spread(normal: Normal, owner: np.ndarray, held: np.ndarray, known: np.ndarra
     used = np.count_nonzero(residual)
     level = np.sum(residual**2) / max(1, used - p) * _correlation_time(residual)
     classical = level * bread
-    grow = np.ones(len(free))
-    if blocks < 10 * len(free):
-        grow = _wider(sandwich, classical)
-    covariance[np.ix_(free, free)] = sandwich * np.outer(grow, grow)
+    covariance[np.ix_(free, free)] = sandwich if blocks >= 10 * len(free) else cautious(
+        classical, sandwich)
     # what the linear model still promises and kinks of friction did not let the fit have
     if settled:
-        covariance[free, free] += (bread @ normal.gradient[free]) ** 2
+        step = bread @ normal.gradient[free]
+        covariance[np.ix_(free, free)] += np.outer(step, step)
     return covariance
 
 
