@@ -167,6 +167,8 @@ def test_its_report_has_all_fields_of_the_schema(loaded_friction):
             'ambiguous_with', 'rung', 'confidence', 'mechanism', 'law', 'curve',
             'alternatives'} <= set(one)
     assert set(one['confidence']) == {'place', 'mechanism', 'curve', 'law'}
+    rungs = [one['confidence'][name] for name in ('mechanism', 'curve', 'law')]
+    assert rungs == sorted(rungs, reverse=True)
     assert set(one['mechanism']) == {'port', 'site', 'variables', 'symmetry', 'memory',
                                          'driving'}
     curve = one['curve']

@@ -67,6 +67,8 @@ def test_a_brake_without_power_enough_is_named_with_that():
     several = [spun(seed, brakes) for seed in (1, 2, 3)]
     answer = diagnose(several[:1], FILE, several[1:2], several[2:])
     assert [one.effect for one in answer.report.which] == ['braking_power_limit']
+    sure = answer.report.which[0].confidence
+    assert sure['curve'] == sure['law'] > 0.9  # no curve is drawn of it, and its law is known
     power = answer.augmented.numbers['effects.braking_power_limit.power']
     assert CONSTANT * power == pytest.approx(75.0, rel=0.05)
     assert answer.report.gap['shrink'] > 0.9

@@ -32,10 +32,10 @@ def missing_effect(evidence: Evidence, one: Finding) -> MissingEffect:
     sure = min(1.0, sure + sum(share for other, share in others
                                if other.name == mechanism.name))
     confidence = {'place': place, 'mechanism': sure, 'curve': 0.0, 'law': 0.0}
-    if curve is not None:
-        confidence['curve'] = sure * curve.certain()
+    if curve is not None or added.law:  # who knows the law has its curve, drawn or not
+        confidence['curve'] = sure * (curve.certain() if curve is not None else 1.0)
     if added.law:
-        confidence['law'] = confidence['curve'] if curve is not None else sure
+        confidence['law'] = confidence['curve']
     rung = 'place' if sure < EVEN else 'law' if added.law else (
         'curve' if curve is not None else 'mechanism')
     reported, dropped = evidence.reported, evidence.dropped[id(one.part)].gap
