@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from synthetic_recordings import run_of
-from test_selection import recorded, SERVO
+from test_selection import recorded, SERVO, with_effect
 
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.by_recording import between, within_one
@@ -43,6 +43,19 @@ def test_friction_that_falls_from_recording_to_recording_is_named_with_its_range
     assert 'warms up' in report.verdict['sentence']
     assert report.which[0].shrink_realised > 0.8  # of its equation
     assert report.gap['after'] == report.gap['before']  # no file can hold it
+
+
+@pytest.mark.long
+@pytest.mark.slow
+def test_wind_that_pushes_otherwise_in_each_recording_is_no_weight():
+    several = [recorded(with_effect('constant_torque', 'load', torque=push), seed)
+               for seed, push in enumerate((-30.0, 12.0, 40.0, -8.0, 25.0, 3.0))]
+    report = report_of(several)
+    first = report.which[0]
+    assert (first.effect, first.site) == ('constant_torque', 'load')
+    low, high = map(float, re.findall(r'(\S+) \(', first.change))
+    assert np.allclose((low, high), (-30.0, 40.0), atol=1.0)
+    assert 'record it as external_torque' in report.verdict['sentence']
 
 
 @pytest.mark.long

@@ -208,7 +208,9 @@ def _remedy(one: MissingEffect) -> str:
         return f'Take the zero of the {one.site} before each recording.'
     if one.mechanism['port'] in ('torque', 'inertia'):
         return ('One servo file has one load: diagnose the recordings with another on their own, '
-                'each with its file.')
+                'each with its file.' + (
+                    ' Wind or a hand pushes so too: record it as external_torque.'
+                    if one.effect == 'constant_torque' else ''))
     if one.mechanism['port'] == 'clearance':
         return ('Teeth that wear or a fastening that works loose do that: diagnose the recordings '
                 'on their own, each with its file.')
