@@ -2,24 +2,18 @@
 
 from numba import njit
 import numpy as np
+from one_encoder import counted, head_of, servo_of
 import pytest
 from synthetic_recordings import run_of
 
 from servo_identify.diagnose.diagnose import diagnose
-from servo_twin.description import servo_file
 
 ROTOR, LOAD, RATIO, CONSTANT, RUBS, DRAG = 1.5e-3, 14.0, 60.0, 0.6, 0.15, 1.2e-3
 STIFF, DAMPS = 2.4e5, 160.0
 PERIOD, FINE, NOISE = 1e-3, 20, 0.03
 ERROR = 170e-6  # rad, once a turn of the motor
-FILE = f"""
-servo: turret
+FILE = head_of('turret', CONSTANT, (ROTOR, LOAD), RATIO, NOISE) + f"""
 step: 5.0e-5
-drive: {{type: current, gain: 1.0, torque_constant: {CONSTANT}}}
-mechanism: {{type: MECHANISM, rotor_inertia: {ROTOR}, load_inertia: {LOAD}, ratio: {RATIO}}}
-sensors:
-  SHAFT: {{noise: COUNT}}
-  current_sensor: {{noise: {NOISE}}}
 effects:
   rubs: {{effect: coulomb_friction, at: motor, level: {RUBS}}}
   drag: {{effect: viscous_friction, at: motor, slope: {DRAG}}}
@@ -59,20 +53,14 @@ def recorded(shaft, stiffness=STIFF, runs=3, seconds=16.0):
                            for size, f in ((1.0, 0.07), (0.12, 0.31)))
         goal -= goal[0]
         *angles, current = turned(goal, np.gradient(goal, PERIOD) * (time > 0.5), stiffness).T
-        count, angle = COUNTS[shaft], dict(zip(COUNTS, angles, strict=True))[shaft]
         several.append(run_of(seed, PERIOD, {
-            shaft: np.floor(angle / count + 0.5) * count, 'voltage': current,
+            shaft: counted(shaft, COUNTS, angles), 'voltage': current,
             'current': current + NOISE * chance.standard_normal(len(time))}, 'moves'))
     return several
 
 
 def servo(shaft, mechanism):
-    told = {'MECHANISM': mechanism, 'SHAFT': shaft.replace('position', 'encoder'),
-            'COUNT': str(COUNTS[shaft] / np.sqrt(12.0))}
-    text = FILE
-    for name, value in told.items():
-        text = text.replace(name, value)
-    return servo_file.loads(text)
+    return servo_of(FILE, shaft, COUNTS, mechanism)
 
 
 ELASTIC = f'two_inertia, stiffness: {STIFF}, damping: {DAMPS}'

@@ -2,6 +2,7 @@
 
 from numba import njit
 import numpy as np
+from one_encoder import counted, head_of, servo_of
 import pytest
 from synthetic_recordings import run_of
 
@@ -11,19 +12,12 @@ from servo_identify.diagnose.mechanisms.unseen_shaft import unseen_shaft
 from servo_identify.diagnose.residuals.nuisance import nuisance_of
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
-from servo_twin.description import servo_file
 
 ROTOR, LOAD, RATIO, CONSTANT, RUBS = 4e-5, 0.12, 50.0, 0.1, 0.5
 PERIOD, FINE, NOISE = 2e-3, 100, 0.02
 COUNTS = {'motor_position': 2.0 * np.pi / 16384, 'load_position': 2.0 * np.pi / 2**20}
 SOFT, STIFF = 900.0, 4e5  # N m/rad: the load swings at 14 Hz, or not to be seen
-FILE = f"""
-servo: joint
-drive: {{type: current, gain: 1.0, torque_constant: {CONSTANT}}}
-mechanism: {{type: rigid, rotor_inertia: {ROTOR}, load_inertia: {LOAD}, ratio: {RATIO}}}
-sensors:
-  SHAFT: {{noise: COUNT}}
-  current_sensor: {{noise: {NOISE}}}
+FILE = head_of('joint', CONSTANT, (ROTOR, LOAD), RATIO, NOISE) + f"""
 effects:
   rubs: {{effect: coulomb_friction, at: load, level: {RUBS}}}
   drag: {{effect: viscous_friction, at: motor, slope: 3e-4}}
@@ -62,20 +56,14 @@ def recorded(shaft, stiffness, damping, seconds=16.0, runs=2):
             for size, tones in ((RATIO * 0.3, (0.4, 0.9, 1.7)),
                                 (6.0, (4.1, 7.3, 11.7, 16.3, 23.0))))
         *angles, current = turned(asked, added, stiffness, damping).T
-        count, angle = COUNTS[shaft], dict(zip(COUNTS, angles, strict=True))[shaft]
-        known = {shaft: np.floor(angle / count + 0.5) * count, 'voltage': current,
+        known = {shaft: counted(shaft, COUNTS, angles), 'voltage': current,
                  'current': current + NOISE * chance.standard_normal(len(time))}
         several.append(run_of(number, PERIOD, known, 'multisine'))
     return several
 
 
 def servo(shaft, mechanism='rigid'):
-    told = {'rigid': mechanism, 'SHAFT': shaft.replace('position', 'encoder'),
-            'COUNT': str(COUNTS[shaft] / np.sqrt(12.0))}
-    text = FILE
-    for name, value in told.items():
-        text = text.replace(name, value)
-    return servo_file.loads(text)
+    return servo_of(FILE, shaft, COUNTS, mechanism)
 
 
 @pytest.mark.slow

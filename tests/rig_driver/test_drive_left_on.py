@@ -2,7 +2,7 @@
 
 from contextlib import contextmanager
 
-from drive_bench import ASKED, bench, driven, each, Link, NAMES, turning
+from drive_bench import ASKED, bench, driven, each, Link, linked, NAMES, turning
 from driver_bench import wait_for
 import pytest
 
@@ -22,12 +22,8 @@ def left_on(name, folder, watchdog=0.1):
         dead.link.close()
         assert made.pushes
         made.tap.forget()
-        second = Link(made.channel, made.of | {
-            'listen_time': LISTENS, 'device.watchdog': watchdog})
-        try:
+        with linked(made, **{'listen_time': LISTENS, 'device.watchdog': watchdog}) as second:
             yield made, second
-        finally:
-            second.link.close()
 
 
 @pytest.mark.slow
@@ -56,20 +52,14 @@ def test_a_watchdog_that_is_longer_than_the_silence_is_not_called_missing(tmp_pa
 @pytest.mark.parametrize('name', each(ASKED))
 def test_a_drive_without_torque_is_found_without_a_word_and_keeps_its_fault(name, tmp_path):
     with bench(name, tmp_path) as made:
-        link = Link(made.channel, made.of)
-        try:
+        with linked(made) as link:
             link.link.open()
             assert not link.health.troubles
-        finally:
-            link.link.close()
         made.tap.fail({'odrive': 0x2000, 'robstride': 4, 'cubemars': 6, 'moteus': 38}[name])
         made.tap.forget()
-        link = Link(made.channel, made.of | {'listen_time': LISTENS})
-        try:
+        with linked(made, listen_time=LISTENS) as link:
             link.link.open()
             assert made.tap.said == []  # a stop frame might clear it
-        finally:
-            link.link.close()
 
 
 @pytest.mark.slow

@@ -3,7 +3,7 @@
 from math import isfinite
 
 import can
-from drive_bench import ASKED, bench, driven, each, Link, NAMES, OVER_TEMPERATURE, turning
+from drive_bench import ASKED, bench, driven, each, linked, NAMES, OVER_TEMPERATURE, turning
 from driver_bench import wait_for
 from made_device import made as made_device
 import pytest
@@ -129,14 +129,11 @@ def test_an_axis_that_answers_without_a_heartbeat_is_held_since_its_state_is_not
 def test_an_axis_that_never_beats_is_left_off_and_told(tmp_path):
     with bench('odrive', tmp_path) as made:
         mute_heartbeats(made.rig.nodes)
-        link = Link(made.channel, made.of)
-        try:
+        with linked(made) as link:
             link.link.open()
             link.link.start()
             link.says('the drive stays in unknown (tells its state no more: no heartbeat')
             assert not made.pushes and 'enable' not in made.tap.said
-        finally:
-            link.link.close()
 
 
 @pytest.mark.slow

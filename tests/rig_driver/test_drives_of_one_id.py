@@ -3,7 +3,7 @@
 from threading import Thread
 from time import monotonic, sleep
 
-from drive_bench import ASKED, bench, driven, each, Link
+from drive_bench import ASKED, bench, driven, each, Link, linked
 from driver_bench import wait_for
 from held_up import held_up_since
 import pytest
@@ -46,24 +46,20 @@ def test_two_drives_of_one_id_are_named_and_left_off(asked, tmp_path, caplog):
 
 @pytest.mark.parametrize('asked', each(ASKED))
 def test_a_drive_that_never_falls_silent_keeps_no_driver_from_stopping(asked, tmp_path):
-    with bench(asked, tmp_path) as made:
-        link = Link(made.channel, made.of)
+    with bench(asked, tmp_path) as made, linked(made) as link:
         receive = link.link._port.receive
 
         def hears_an_answer(timeout):
             receive(min(timeout, 0.005))
             link.device._answers += 1
         link.link._port.receive = hears_an_answer
-        try:
-            link.link.open()
-            link.link.start()
-            wait_for(lambda: link.link.state == 'waiting for the rig', 'it starts')
-            sleep(0.5)
-            begun = monotonic()
-            assert link.link.stop()
-            assert monotonic() - begun < 2.0 + held_up_since(begun)
-        finally:
-            link.link.close()
+        link.link.open()
+        link.link.start()
+        wait_for(lambda: link.link.state == 'waiting for the rig', 'it starts')
+        sleep(0.5)
+        begun = monotonic()
+        assert link.link.stop()
+        assert monotonic() - begun < 2.0 + held_up_since(begun)
 
 
 @pytest.mark.slow

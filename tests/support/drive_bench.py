@@ -299,15 +299,21 @@ def bench(name: str, folder: Path, **changed: Any) -> Iterator[Bench]:
 
 
 @contextmanager
+def linked(made: Bench, **changed: Any) -> Iterator[Link]:
+    """Give a link to the drive of a bench, which is not opened yet."""
+    link = Link(made.channel, made.of | changed)
+    try:
+        yield link
+    finally:
+        link.link.close()
+
+
+@contextmanager
 def driven(name: str, folder: Path, **changed: Any) -> Iterator[tuple[Bench, Link]]:
     """Give a bench and a link whose drive follows."""
-    with bench(name, folder) as made:
-        link = Link(made.channel, made.of | changed)
-        try:
-            link.up()
-            yield made, link
-        finally:
-            link.link.close()
+    with bench(name, folder) as made, linked(made, **changed) as link:
+        link.up()
+        yield made, link
 
 
 def turning(link, speed=1.0):
