@@ -6,9 +6,9 @@ The factor by which a current is off, by the equation of motion with what the se
 
 f is 1 where inertia, torque constant and current are those of the file. A current as its peak
 where the torque constant is of its effective value makes it the root of 2, that of a line where
-the constant is of a winding in delta the root of 3. Such a factor is told
-where f is surely beyond what the tolerances of the file allow, and by its name. Stretches of each
-recording say how far f may be off by what the equation lacks.
+the constant is of a winding in delta the root of 3. Such a factor is told where f is surely beyond
+what the tolerances of the file allow, and by its name. Stretches of each recording say how far f
+may be off by what the equation lacks.
 """
 
 from __future__ import annotations

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 import re
 from typing import Any
 
-from .number_texts import plain
+from .number_texts import is_hexadecimal, plain
 
 SHOWN = 3  # texts that a warning names
 _NEVER_A_NUMBER = re.compile(r'[-+]?1[.,]#[A-Z]+0*|#[A-Z]+/?\d?[!?]?|\D*[^\W\d_]{2,}.*|\D+',
                              re.IGNORECASE)
 """1.#INF of C, #DIV/0! of a spreadsheet, what begins with a word, and what has no digit."""
-_BASE_16 = re.compile('[0-9A-Fa-f]{1,16}')
 
 
 def without_missing(name: str, values: Sequence[Any]) -> tuple[Sequence[Any], str]:
@@ -28,8 +27,7 @@ def without_missing(name: str, values: Sequence[Any]) -> tuple[Sequence[Any], st
     other = {cell for cell in set(cells) if cell and _is_text(cell)}
     rows = [k for k, cell in enumerate(cells) if cell in other]
     known = sum(cell not in ('', None) for cell in values) - len(rows)
-    if not other or known <= len(rows) or name in other or all(
-            _BASE_16.fullmatch(cell) for cell in cells if cell):
+    if not other or known <= len(rows) or name in other or is_hexadecimal(cells):
         return values, ''
     left = list(values)
     for k in rows:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 import re
 from typing import Any
 
 MINUS = '\N{MINUS SIGN}'  # which some programs write in place of a hyphen
+_BASE_16 = re.compile('[0-9A-Fa-f]{1,16}|')
 _FORTRAN = re.compile(r'(?<=[\d.])[dD](?=[-+]?\d+$)')
 _BOTH = re.compile(r"[-+]?\d{1,3}(?:([.,'\u2019 ])\d{3})(?:\1\d{3})*(?!\1)([.,])\d+")
+
+
+def is_hexadecimal(cells: Iterable[str]) -> bool:
+    """Tell whether all texts may be numbers to base 16; an empty one may."""
+    return all(_BASE_16.fullmatch(cell) for cell in cells)
 
 
 def is_number(text: str) -> bool:

@@ -208,8 +208,7 @@ def _channels(surveys: Sequence[Survey], servo: Servo) -> list[Finding]:
         found.append(Finding('amber', 'With one encoder the transmission is told by what the '
                              'other shaft asks for alone: a stiffness by its resonance, a '
                              'transmission error at speed; the other shaft is where the twin has '
-                             'it.',
-                             'record both encoders'))
+                             'it.', 'record both encoders'))
     if not all_have('current'):
         found.append(Finding('amber', 'Without the current, drive and motor cannot be told '
                              'apart.', 'record the motor current'))

@@ -16,7 +16,7 @@ from .cell_parts import parts_of
 from .clock_times import seconds_of
 from .long_form import check_wide
 from .missing_texts import without_missing
-from .number_texts import plain, without_groups
+from .number_texts import is_hexadecimal, plain, without_groups
 from .rows_in_turn import check_turns
 from .run_labels import COLUMN, numbered
 
@@ -28,7 +28,6 @@ _SIGNS = ('; write no sign between thousands, and one decimal sign in all of the
 _AGAIN = '; the line of names stands there again: a second recording begins, cut the file there'
 LONGEST = 40
 """Letters of a cell that a message shows."""
-_BASE_16 = re.compile('[0-9A-Fa-f]{1,16}|')
 _HEX = '; are these hexadecimal? Write them as decimal numbers, or with 0x in front'
 _LISTED = ('; each cell holds a list: make a file of each record, or columns of its lists, such '
            'as pandas.DataFrame(record).to_csv(NAME)')
@@ -154,7 +153,7 @@ def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:
                 _SIGNS if re.search(r"\d[,'\u2019 ]\d", shown) else
                 _EMPTY if shown.startswith('#') else
                 _LISTED if isinstance(values[at], list | dict) or shown[:1] in '[(' else
-                _HEX if all(_BASE_16.fullmatch(str(one).strip()) for one in values) else
+                _HEX if is_hexadecimal(str(one).strip() for one in values) else
                 _EMPTY if shown[:1].isalpha() else '')
             shown = shown if len(shown) <= LONGEST else f'{shown[:LONGEST]} ...'
             raise ValueError(f'{path}: column {name!r} has {shown!r} in row {at + 1}, which '

@@ -30,8 +30,9 @@ class DriveState(Enum):
         return self.value
 
 
-MAY_PUSH = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE,
-            DriveState.FAULT_REACTION_ACTIVE, DriveState.UNKNOWN)
+FOLLOWS = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
+"""States in which a motor has torque, and does what it is told."""
+MAY_PUSH = (*FOLLOWS, DriveState.FAULT_REACTION_ACTIVE, DriveState.UNKNOWN)
 """States in which a motor has, or may have, torque."""
 
 
@@ -211,7 +212,7 @@ class DriveMaster:
         return False
 
     def _down(self, now: float) -> Order:
-        if self.state not in (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE):
+        if self.state not in FOLLOWS:
             return Order.NO_TORQUE
         if self._stopping_since is None:
             self._stopping_since = now

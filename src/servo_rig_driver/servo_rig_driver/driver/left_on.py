@@ -13,14 +13,13 @@ from contextlib import suppress
 import can
 
 from ..can_bus.bus_port import BusPort
-from ..devices.drive_master import DriveState
+from ..devices.drive_master import DriveState, FOLLOWS
 from .rig_health import RigHealth
 from .sampler import Sampler
 
 SECOND = 1_000_000_000
 ANSWER_MAY_TAKE = SECOND // 20
 ECHO = SECOND // 50  # ns for what is answered to a frame that takes the torque away
-FOLLOWS = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE)
 FAILED = (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
 """States in which a stop frame is kept back: it may clear the fault, and what the drive says."""
 

@@ -50,7 +50,6 @@ class RigLink:
         self._states = LinkStates(settings, sampler, watch, health, self._port, self._clock,
                                   self.requests)
         self._left_on = LeftOn(sampler, self._port, health, self._clock.now)
-        self._listen_time = settings.listen_time
         self._priority = settings.priority
         self._thread = Thread(target=self._serve, name='rig link', daemon=True)
 
@@ -67,7 +66,7 @@ class RigLink:
                 raise ForeignDriver('another driver is on this bus, it sends '
                                     f'{self.watch.foreign}; two would fight over the drive, so '
                                     'this one stays away')
-            self._left_on.begin(self._listen_time)
+            self._left_on.begin(self._states.settings.listen_time)
         except (can.CanError, ForeignDriver):
             self._port.close()
             raise

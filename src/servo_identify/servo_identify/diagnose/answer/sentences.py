@@ -91,11 +91,11 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         several[0] += perhaps
     lacks, differs = ([text for one, text in zip(which, several, strict=True)
                        if _is_value(one.effect) == value] for value in (False, True))
-    said = [f'the {place} is missing {listed(lacks)}'] if lacks else []
+    said = [f'{place} is missing {listed(lacks)}'] if lacks else []
     has = 'rig' if lacks or place == 'twin' else place  # the twin has what the file says
-    said += [f'the {has} has {listed(differs)} than the servo file'
+    said += [f'{has} has {listed(differs)} than the servo file'
              f'{perhaps if _is_value(first.effect) else ""}'] if differs else []
-    text = f'T{", and ".join(said)[1:]}.'
+    text = f'The {", and the ".join(said)}.'
     if unknown.get('depends_on'):
         text += f' What else is missing has no name in the list. It {_pattern(unknown)}'
         text += ' The new file holds it as a curve.' if unknown.get('held') else ''

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -13,9 +12,9 @@ from ..residuals.motion import shifted
 from ..residuals.nuisance import FAR
 from .bridge import dead_time, sag
 from .builder import Builder
-from .drive_limits import asked, Command, limits_of, recorded, SHARES
+from .drive_limits import asked, Command, limits_of, over_command, recorded, SHARES
 from .driven_columns import through
-from .hypothesis import Columns, Form, Hypothesis, Mechanism
+from .hypothesis import Columns, Hypothesis, Mechanism
 from .memory import lagged
 from .shape_search import SHAPES
 
@@ -82,14 +81,7 @@ def _curves(builder: Builder, residual: np.ndarray, commands: Sequence[Command]
     """Yield what a drive may make of a command as a curve; ``commands`` of a dead band."""
     top = builder.scales.command
 
-    def shaped(name: str, change: Callable[[np.ndarray], np.ndarray], signs: list[int],
-               knots: tuple[float, ...] = (), site: str = 'command',
-               command: Command = asked, **more: Any) -> Hypothesis | None:
-        mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
-        form = Form('command', 'V', 'V', lambda one: one.inner(command(one)), change)
-        return builder.hypothesis(
-            mechanism, through(builder, lambda one: change(command(one))),
-            signs, knots, form=form, **more)
+    shaped = partial(over_command, builder)
 
     def band(command: np.ndarray) -> np.ndarray:
         return -np.column_stack([np.clip(command, -s * top, s * top) for s in BANDS])

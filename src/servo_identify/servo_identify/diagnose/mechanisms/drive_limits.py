@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .driven_columns import of_current, through
-from .hypothesis import Columns, Form, Hypothesis, Mechanism
+from .hypothesis import Form, Hypothesis, Mechanism
 from .memory import within_rate
 from .shape_search import best_shapes, EACH, SHAPES
 
@@ -35,30 +36,37 @@ def recorded(one: EquationErrors) -> np.ndarray:
     return one.measured.column('voltage', 0.0)
 
 
+def over_command(builder: Builder, name: str, change: Callable[[np.ndarray], np.ndarray],
+                 signs: Sequence[int], knots: tuple[float, ...] = (), command: Command = asked,
+                 site: str = 'command', **more: Any) -> Hypothesis | None:
+    """Return the hypothesis of what a drive adds to a command as a curve over it."""
+    mechanism = Mechanism(name, 'drive', site, ('command',), 'odd')
+    form = Form('command', 'V', 'V', lambda one: one.inner(command(one)), change)
+    return builder.hypothesis(mechanism, through(builder, lambda one: change(command(one))),
+                              signs, knots, form=form, **more)
+
+
 def limits_of(builder: Builder, residual: np.ndarray, sought: bool) -> Iterator[Hypothesis]:
     """
     Yield the hypotheses of limits; ``residual`` (samples,) tells where they lie.
 
-    ``sought``: in the command as it was recorded too.
+    ``sought``: in the command as it was recorded too. Of a command of current alone speed and
+    power are limits; a winding has one of its voltage, and its current may have one.
     """
+    winding = 'drive.resistance' in builder.samples.servo.numbers
+    limits = (_rate_limited,) if winding else (_rate_limited, _out_of_voltage, _braking)
     yield from filter(None, (
-        _saturation(builder), _limited(builder), _cut(builder, residual) if sought else None,
-        *(limit(builder, residual, command)
-          for limit in (_rate_limited, _out_of_voltage, _braking)
+        _saturation(builder), _limited(builder) if winding else None,
+        _cut(builder, residual) if sought else None,
+        *(limit(builder, residual, command) for limit in limits
           for command in (asked, recorded)[:1 + sought])))
 
 
 def _saturation(builder: Builder) -> Hypothesis | None:
     """A command of which less comes, or nothing more, beyond a size."""
     knots = tuple(share * builder.scales.command for share in CEILINGS)
-
-    def lost(command: np.ndarray) -> np.ndarray:
-        return _beyond(command, knots)
-
-    mechanism = Mechanism('drive_saturation', 'drive', 'command', ('command',), 'odd')
-    form = Form('command', 'V', 'V', lambda one: one.inner(asked(one)), lost)
-    return builder.hypothesis(mechanism, through(builder, lambda one: lost(asked(one))),
-                              [1] * len(knots), knots, form=form)
+    return over_command(builder, 'drive_saturation', lambda command: _beyond(command, knots),
+                        [1] * len(knots), knots)
 
 
 def _cut(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
@@ -67,24 +75,15 @@ def _cut(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     least = max(float(np.quantile(np.abs(asked(one)), CAME)) for one in builder.samples.errors)
     if least >= top:
         return None
-
-    def lost(limit: float) -> Columns:
-        return through(builder, lambda one: _beyond(recorded(one), (limit,)))
-
-    limit = builder.best_shape(max(least, CEILINGS[0] * top), top,
-                               lambda limit: lost(limit).table[:, 0], residual)
-    mechanism = Mechanism('drive_saturation', 'drive', 'command', ('command',), 'odd')
-    form = Form('command', 'V', 'V', lambda one: one.inner(recorded(one)),
-                lambda x: _beyond(x, (limit,)))
-    return builder.hypothesis(mechanism, lost(limit), [1], (limit,), form=form, tried=SHAPES,
-                              room=SHARES)
+    limit = builder.best_shape(
+        max(least, CEILINGS[0] * top), top, lambda limit: through(
+            builder, lambda one: _beyond(recorded(one), (limit,))).table[:, 0], residual)
+    return over_command(builder, 'drive_saturation', lambda command: _beyond(command, (limit,)),
+                        [1], (limit,), recorded, tried=SHAPES, room=SHARES)
 
 
 def _limited(builder: Builder) -> Hypothesis | None:
     """A winding that gets no more current than a limit, whatever the command would drive."""
-    if 'drive.resistance' not in builder.samples.servo.numbers:
-        return None  # a command of a current is limited as a command
-
     top = max(float(np.nanmax(np.abs(one.driven_current))) for one in builder.samples.errors)
     knots = tuple(share * top for share in CEILINGS)
 
@@ -121,13 +120,7 @@ def _rate_limited(builder: Builder, residual: np.ndarray, command: Command
 
 def _out_of_voltage(builder: Builder, residual: np.ndarray, command: Command
                     ) -> Hypothesis | None:
-    """
-    A command of current that a supply cannot drive at speed; braking finds more.
-
-    Where the twin has a winding, that is a limit of its voltage.
-    """
-    if 'drive.resistance' in builder.samples.servo.numbers:
-        return None
+    """A command of current that a supply cannot drive at speed; braking finds more."""
     top = builder.scales.command
     fastest = max(float(np.max(np.sign(command(one)) * one.fast_speed, initial=0.0))
                   for one in builder.samples.errors)
@@ -154,9 +147,6 @@ def _out_of_voltage(builder: Builder, residual: np.ndarray, command: Command
 
 def _braking(builder: Builder, residual: np.ndarray, command: Command) -> Hypothesis | None:
     """A command of current that brakes with no more than so much power."""
-    if 'drive.resistance' in builder.samples.servo.numbers:
-        return None  # it has a voltage, not a current
-
     def power_of(one: EquationErrors) -> np.ndarray:
         return np.maximum(-command(one) * one.fast_speed, 0.0)
 

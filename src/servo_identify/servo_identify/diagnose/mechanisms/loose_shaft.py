@@ -77,11 +77,17 @@ def loose_shaft(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
     width = best_shape(WIDTHS[0] / WIDTHS[1] * widest, widest,
                        lambda width: apart(columns(width).table[:, 0]), apart(residual),
                        shapes=SHAPES)
-    spacing = min(one.motion.test.spacing * one.measured.period for one in builder.samples.errors)
     mechanism = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd', memory=True)
     return builder.hypothesis(
-        mechanism, columns(width), [1], (width,), tried=SHAPES,
-        detail={} if servo.mechanism.compliant else {'contact': CONTACT / spacing})
+        mechanism, columns(width), [1], (width,), tried=SHAPES, detail=contact_of(builder))
+
+
+def contact_of(builder: Builder) -> dict[str, float]:
+    """Return the teeth on which a rigid load is met, as stiff as the test function can tell."""
+    if builder.samples.servo.mechanism.compliant:
+        return {}
+    return {'contact': CONTACT / min(one.motion.test.spacing * one.measured.period
+                                     for one in builder.samples.errors)}
 
 
 def along_load(one: EquationErrors

@@ -28,7 +28,7 @@ from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import bridged
 from .builder import Builder
 from .hypothesis import Columns, Form, Hypothesis, Mechanism
-from .loose_shaft import CONTACT
+from .loose_shaft import contact_of
 from .orders import orders_of, series_of, waves
 
 PART = 0.35  # of a period that a shaft must cover for a kinematic error of that order
@@ -70,7 +70,7 @@ def unseen_error(builder: Builder, residual: np.ndarray) -> Iterator[Hypothesis]
             one = builder.hypothesis(
                 mechanism, Columns(table), [0] * table.shape[1],
                 tuple(order for order in orders for _ in range(2)), form=form, tried=tried,
-                detail=_contact(builder))
+                detail=contact_of(builder))
             if one:
                 yield one if lead == 1.0 else at_load(builder, one, ratio)
 
@@ -113,11 +113,3 @@ def _waved(one: EquationErrors, order: float) -> np.ndarray:
     period = one.measured.period
     return np.gradient(np.gradient(waves(bridged(one.angles()[1]), (order,)), period, axis=0),
                        period, axis=0)
-
-
-def _contact(builder: Builder) -> dict[str, float]:
-    """Return the teeth on which a rigid load would be led by the error: as stiff as is told."""
-    if builder.samples.servo.mechanism.compliant:
-        return {}
-    return {'contact': CONTACT / min(one.motion.test.spacing * one.measured.period
-                                     for one in builder.samples.errors)}
