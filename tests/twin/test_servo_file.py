@@ -246,8 +246,20 @@ REFUSED = {
                                  ["'wide' is neither a share like 10 % nor [low, high]"]),
     'a tolerance of a row': (
         BENCH + '  teeth: {effect: cogging, at: motor, order: 6, cosine: [0.1, 0.2], '
-                'sine: [0.0, 0.0]}\ntolerance: {effects.teeth.cosine: 10 %}',
-        ['tolerance of effects.teeth.cosine', 'a row of 2 values', 'leave the line out']),
+                'sine: [0.0, 0.0]}\ntolerance: {effects.teeth.cosine: [0.1, 0.3]}',
+        ['tolerance of effects.teeth.cosine', 'a row of 2 values', 'a share like 10 %',
+         'effects.teeth.cosine[0]: [low, high]']),
+    'a tolerance beyond a row': (
+        BENCH + '  teeth: {effect: cogging, at: motor, order: 6, cosine: [0.1, 0.2], '
+                'sine: [0.0, 0.0]}\ntolerance: {"effects.teeth.cosine[2]": 10 %}',
+        ['effects.teeth.cosine[2]', 'a row of 2', 'effects.teeth.cosine[1]']),
+    'a tolerance of a row and of one of it': (
+        BENCH + '  teeth: {effect: cogging, at: motor, order: 6, cosine: [0.1, 0.2], '
+                'sine: [0.0, 0.0]}\n'
+                'tolerance: {effects.teeth.cosine: 10 %, "effects.teeth.cosine[1]": 5 %}',
+        ['effects.teeth.cosine[1] is given twice']),
+    'a tolerance of a row that is one number': (
+        BENCH + 'tolerance: {"drive.gain[0]": 10 %}', ['drive.gain is one number']),
     'a tolerance beside the value': (BENCH + 'tolerance: {drive.gain: [1, 2]}',
                                      ['does not hold its value 0.49']),
     'a std that is no number': (changed('source: a guess', 'std: small'),

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-import re
 
 import numpy as np
 
 from servo_twin.description.nearest_name import or_what
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.servo import Servo, ServoError
-
-_ELEMENT = re.compile(r'^(?P<path>.+)\[(?P<index>\d+)\]$')
-
 
 SURE = 2.0
 """Standard deviations that a tolerance of the servo file stands for."""
@@ -57,24 +54,23 @@ def freedom_of(servo: Servo, free: Sequence[str], bounds: Mapping[str, tuple[flo
     bounds = dict(bounds or {})
     names, index, low, high, scale = [], [], [], [], []
     for given in free:
-        match = _ELEMENT.match(given)
-        path = match['path'] if match else given
+        path, element = split_name(given)
         if path not in slots:
             near = [p for p in slots if p.rpartition('.')[0] == path.rpartition('.')[0]]
             raise ServoError(f'{servo.name}: there is no parameter {path!r} to free; '
                              f'{or_what(path, near or slots)}')
         slot, row = slots[path], declared[path].row
         size = slot.stop - slot.start
-        elements = [int(match['index'])] if match else range(size)
+        elements = range(size) if element is None else [element]
         for i in elements:
-            if i >= size or (match and not row):
+            if i >= size or (element is not None and not row):
                 raise ServoError(f'{servo.name}: {given}: {path} holds {size} number(s)')
             name = f'{path}[{i}]' if row else path
             if name in names:
                 raise ServoError(f'{servo.name}: {name} is freed twice')
             edges = [declared[path].bounds]
-            if tolerance and path in servo.tolerance:
-                edges.append(servo.tolerance[path])
+            if tolerance and name in servo.tolerance:
+                edges.append(servo.tolerance[name])
             edges += [bounds[key] for key in (path, name) if key in bounds]
             below, above = max(e[0] for e in edges), min(e[1] for e in edges)
             if not below < above:
@@ -104,7 +100,7 @@ def tolerated(servo: Servo, freedom: Freedom) -> np.ndarray:
     """Return what the tolerances say of each free number, (numbers,): scale^2 over variance."""
     known = np.zeros(len(freedom))
     for n, name in enumerate(freedom.names):
-        span = servo.tolerance.get(name.partition('[')[0])
+        span = servo.tolerance.get(name)
         if span is not None and span[1] > span[0]:
             known[n] = (SURE * freedom.scale[n] / (0.5 * (span[1] - span[0])))**2
     return known

@@ -14,6 +14,7 @@ import time
 
 import numpy as np
 
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.fixed_inertia import with_fixed_inertia
 from servo_twin.physics.harmonic_drive_models import HARMONIC_DRIVES, NAMES, with_harmonic_drive
 from servo_twin.physics.servo import Servo
@@ -67,7 +68,8 @@ def freed(servo: Servo) -> tuple[str, ...]:
     """Return what is fitted: what has a tolerance, and what the model of the drive says."""
     own = tuple(path for path in servo.values if path.startswith('effects.')
                 and path.split('.')[1] in NAMES and path.split('.')[2] not in FIXED)
-    return tuple(servo.tolerance) + tuple(path for path in own if path not in servo.tolerance)
+    told = {split_name(name)[0] for name in servo.tolerance}
+    return tuple(servo.tolerance) + tuple(path for path in own if path not in told)
 
 
 def coupled_angle(recordings: Sequence[Recording]) -> float:

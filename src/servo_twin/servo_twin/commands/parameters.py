@@ -48,7 +48,7 @@ def main(arguments: argparse.Namespace) -> int:
         servo = load(servo_at(subject))
         tell(arguments, parameters=[
             {**declared(parameter), 'path': name, 'value': servo.values[name],
-             'unit': servo.unit(name), 'tolerance': servo.tolerance.get(name),
+             'unit': servo.unit(name), 'tolerance': _tolerance(servo, name),
              'source': servo.provenance[name].source if name in servo.provenance else 'default'}
             for name, parameter in servo.declarations()])
         console.print(servo_table(servo, servo_at(subject)))
@@ -66,12 +66,28 @@ def servo_table(servo: Servo, path: Path) -> Table:
     table = _table(f'{servo.name} ({path})', 'value', 'tolerance', 'from')
     for name, parameter in servo.declarations():
         said = servo.provenance.get(name)
-        low_high = servo.tolerance.get(name)
         table.add_row(
             name, _value(servo.values[name]), servo.unit(name), _bounds(parameter),
-            f'{low_high[0]:.6g} ... {low_high[1]:.6g}' if low_high else '',
+            _spans(_tolerance(servo, name)),
             said.source if said else 'default', parameter.meaning)
     return table
+
+
+def _tolerance(servo: Servo, path: str) -> Any:
+    """Return (low, high) of a value, of a row those of each number that has them; or None."""
+    row = servo.values[path]
+    if not isinstance(row, tuple):
+        return servo.tolerance.get(path)
+    several = {name: servo.tolerance.get(name) for name in (
+        f'{path}[{i}]' for i in range(len(row)))}
+    return list(several.values()) if any(several.values()) else None
+
+
+def _spans(tolerance: Any) -> str:
+    if not tolerance:
+        return ''
+    several = tolerance if isinstance(tolerance, list) else [tolerance]
+    return ', '.join(f'{one[0]:.6g} ... {one[1]:.6g}' if one else 'exact' for one in several)
 
 
 def effect_table(name: str) -> Table:

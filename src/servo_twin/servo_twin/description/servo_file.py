@@ -18,6 +18,7 @@ from reprlib import repr as brief
 import yaml
 
 from ..physics.catalogue import find, names
+from ..physics.element_names import split_name
 from ..physics.harmonic_drive_models import harmonic_drive, HARMONIC_DRIVES
 from ..physics.mechanisms.fmu import Fmu
 from ..physics.servo import (
@@ -301,28 +302,45 @@ def _provenance(details: dict[str, dict]) -> dict[str, Provenance]:
 
 
 def _tolerance(servo: Servo, given: dict) -> dict[str, tuple[float, float]]:
-    """Turn `10 %` or `[low, high]` into bounds."""
+    """
+    Turn `10 %` or `[low, high]` into bounds.
+
+    Of a row a share is that of each of its numbers; `path[i]` is one of them. A number that is
+    zero has no share.
+    """
     bounds = {}
-    for path, much in given.items():
+    for name, much in given.items():
+        path, index = split_name(str(name))
         if path not in servo.values:
             raise ServoError(f'tolerance: there is no parameter {path!r}; '
                              f'{or_what(path, servo.values)}')
-        value = servo.values[path]
-        if isinstance(value, tuple):
-            raise ServoError(f'tolerance of {path} = {much!r}: it is a row of {len(value)} '
-                             'values, and a row has no tolerance; leave the line out, a fit moves '
-                             'all of the row')
-        try:
-            if isinstance(much, str) and much.strip().endswith('%'):
-                width = abs(float(value)) * float(much.strip()[:-1]) / 100.0
-                low, high = value - width, value + width
-            else:
-                low, high = (float(edge) for edge in much)
-        except (TypeError, ValueError):
-            raise ServoError(f'tolerance of {path} = {much!r} is neither a share like 10 % nor '
-                             f'[low, high]') from None
-        if not low <= value <= high:
-            raise ServoError(f'tolerance of {path}: [{low:g}, {high:g}] does not hold its value '
-                             f'{value:g}')
-        bounds[path] = (low, high)
+        row, share = servo.values[path], isinstance(much, str) and much.strip().endswith('%')
+        several = [name]
+        if isinstance(row, tuple) and index is None:
+            several = [f'{path}[{i}]' for i, value in enumerate(row) if value]
+            if not share and len(several):
+                raise ServoError(f'tolerance of {path} = {much!r}: it is a row of {len(row)} '
+                                 'values, which have a range each; give a share like 10 %, or '
+                                 f'{several[0]}: [low, high]')
+        for one in several:
+            if one in bounds:
+                raise ServoError(f'tolerance of {one} is given twice: of the row and of its own')
+            bounds[one] = _bounds(one, servo.number(one), much, share)
     return bounds
+
+
+def _bounds(name: str, value: float, much: object, share: bool) -> tuple[float, float]:
+    """Return between what a value lies that may be off by so much."""
+    try:
+        if share:
+            width = abs(value) * float(much.strip()[:-1]) / 100.0
+            low, high = value - width, value + width
+        else:
+            low, high = (float(edge) for edge in much)
+    except (TypeError, ValueError):
+        raise ServoError(f'tolerance of {name} = {much!r} is neither a share like 10 % nor '
+                         f'[low, high]') from None
+    if not low <= value <= high:
+        raise ServoError(f'tolerance of {name}: [{low:g}, {high:g}] does not hold its value '
+                         f'{value:g}')
+    return low, high

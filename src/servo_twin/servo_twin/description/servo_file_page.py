@@ -35,6 +35,8 @@ effects:                        # see effects.md; any number, each with a name o
 tolerance:                      # how far a value may be off: a share, or a range
   drive.resistance: 8 %
   effects.bearing.level: [0.01, 0.04]
+  effects.gear.cosine: 10 %     # of a row: each of its numbers that is not zero
+  effects.gear.sine[0]: [0, 1e-4]   # or one of them, counted from 0
 ```
 
 A value is a number, or a mapping:

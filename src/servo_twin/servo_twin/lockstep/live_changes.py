@@ -24,7 +24,7 @@ def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = Non
             raise ServoError(f'{servo.name}: {path} has {len(then)} numbers, not {len(now)}; '
                              f'another length is another servo file')
     tolerance = {path: (low, high) for path, (low, high) in new.tolerance.items()
-                 if low <= new.values[path] <= high}
+                 if low <= new.number(path) <= high}
     new = replace(new, tolerance=tolerance)
     check_step(new)
     return new

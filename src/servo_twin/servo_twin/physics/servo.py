@@ -12,6 +12,7 @@ import numpy as np
 from .controllers import Cascade, Impedance, Open, PositionLoop, VelocityPi
 from .drives import CurrentAmplifier, CurrentDrive, VoltageDrive
 from .effect import Declared, Effect, Parameter
+from .element_names import split_name
 from .mechanisms.ball_screw import BallScrew
 from .mechanisms.rigid import Rigid
 from .mechanisms.two_inertia import TwoInertia
@@ -81,7 +82,8 @@ class Servo:
     ``values`` maps the path of every parameter (``drive.gain``, ``mechanism.ratio``,
     ``sensors.load_encoder.noise``, ``effects.bearing.level``) to its value; what is left out gets
     its default, and rows of one effect are filled up to the longest of them with what they are
-    when off. ``tolerance`` maps paths to the (low, high) within which the true value must lie.
+    when off. ``tolerance`` maps paths, and ``path[i]`` of a row, to the (low, high) within which
+    the true value must lie.
     ``linear`` says that the load moves straight: its angles are metres, its torques newtons, its
     inertia is a mass. ``turning`` says whether the motor of such an axis turns; its ratio is then
     in rad/m. None: it does unless the ratio is 1, which is a linear motor. ``left_out`` maps what
@@ -123,7 +125,8 @@ class Servo:
         for path, parameter in declared.items():
             values[path] = self._checked(path, parameter, self.values.get(path, parameter.default))
         for kind, given in (('value', self.values), ('tolerance', self.tolerance)):
-            for path in given:
+            for path in (split_name(name)[0] if given is self.tolerance else name
+                         for name in given):
                 if path not in declared:
                     near = [p for p in declared if p.rpartition('.')[0] == path.rpartition('.')[0]]
                     raise ServoError(f'{self.name}: there is no parameter {path!r} ({kind}); '
@@ -134,6 +137,8 @@ class Servo:
             if why:
                 raise ServoError(f'{self.name}: effects.{placed.name}: {placed.effect.name} {why}')
         object.__setattr__(self, 'values', values)
+        for name in self.tolerance:
+            self.place(name)
         if not self.linear or self.mechanism.slides:
             object.__setattr__(self, 'turning', True)
         elif self.turning is None:
@@ -217,6 +222,29 @@ class Servo:
             start += owner.memory
         return slots
 
+    def place(self, name: str) -> int:
+        """Where a number stands in `theta`, by its path or as `path[i]`; raises ServoError."""
+        path, index = split_name(name)
+        slot = self._slots.get(path)
+        if slot is None:
+            raise ServoError(f'{self.name}: there is no parameter {path!r}; '
+                             f'there are {list(self.values)}')
+        if isinstance(self.values[path], tuple) != (index is not None) or (
+                slot.start + (index or 0) >= slot.stop):
+            size = slot.stop - slot.start
+            raise ServoError(f'{self.name}: {name}: {path} is ' + (
+                f'a row of {size}: {path}[0] to {path}[{size - 1}]'
+                if isinstance(self.values[path], tuple) else 'one number'))
+        return int(slot.start + (index or 0))
+
+    def number(self, name: str) -> float:
+        """One value by its path, or one of a row as `path[i]`; raises ServoError."""
+        return float(self.theta[self.place(name)])
+
+    @cached_property
+    def _slots(self) -> dict[str, slice]:
+        return self.slots()
+
     @cached_property
     def numbers(self) -> Mapping[str, float]:
         """The values that are one number each, by path; rows are left out."""
@@ -232,15 +260,23 @@ class Servo:
         return {f'effects.{placed.name}': placed for placed in self.effects}
 
     def with_values(self, changes: Mapping[str, Value], source: str | None = None) -> Servo:
-        """Return this servo with some values changed; raises ServoError."""
-        for path in changes:
+        """Return this servo with values changed, of a row all or `path[i]`; raises ServoError."""
+        values = dict(self.values)
+        for name, value in changes.items():
+            path, index = split_name(name)
             if path not in self.values:
                 raise ServoError(f'{self.name}: there is no parameter {path!r}; '
                                  f'there are {list(self.values)}')
+            if index is None:
+                values[path] = value
+            else:
+                self.place(name)
+                row = _row(values[path])
+                values[path] = (*row[:index], *_row(value), *row[index + 1:])
         provenance = dict(self.provenance)
         if source is not None:
-            provenance.update({path: Provenance(source) for path in changes})
-        return replace(self, values={**self.values, **changes}, provenance=provenance)
+            provenance.update({split_name(name)[0]: Provenance(source) for name in changes})
+        return replace(self, values=values, provenance=provenance)
 
     def with_effects(self, *more: Placed, values: Mapping[str, Value] | None = None,
                      provenance: Mapping[str, Provenance] | None = None) -> Servo:
@@ -263,7 +299,7 @@ class Servo:
         """Unit of a parameter, of what moves straight in metres and newtons."""
         if path == 'mechanism.ratio' and self.linear and self.turning:
             return 'rad/m'
-        return self.reads(self._declared[path].unit, path)
+        return self.reads(self._declared[split_name(path)[0]].unit, split_name(path)[0])
 
     def reads(self, unit: str, thing: str) -> str:
         """Return a unit of what turns as `thing` has it; see :meth:`straight`."""

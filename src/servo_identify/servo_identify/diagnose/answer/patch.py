@@ -9,6 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from servo_twin.description import servo_file
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.servo import Placed, Servo, ServoError, Value
 
 DIGITS = 6  # of a value that was found
@@ -40,8 +41,9 @@ def patched(text: str, given: Servo, found: Servo) -> str:
             _add(tree, placed, found)
     gone = [path for path in given.tolerance if path not in found.tolerance]
     for path in gone:
-        if path in (tree.get('tolerance') or {}):
-            del tree['tolerance'][path]
+        for name in (path, split_name(path)[0]):  # one of a row may stand by the row
+            if name in (tree.get('tolerance') or {}):
+                del tree['tolerance'][name]
     stream = StringIO()
     yaml.dump(tree, stream)
     new = stream.getvalue()

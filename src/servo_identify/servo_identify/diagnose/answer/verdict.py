@@ -173,7 +173,7 @@ def _moved(evidence: Evidence) -> list[dict[str, Any]]:
         return rows
     for path, (low, high) in servo.tolerance.items():
         if path in joint.values:
-            given, value = servo.numbers[path], joint.values[path]
+            given, value = servo.number(path), joint.values[path]
             half = 0.5 * (high - low) or 1.0
             rows.append({'path': path, 'given': given, 'found': value, 'low': low, 'high': high,
                          'unit': servo.unit(path), 'sigma': 2.0 * (value - given) / half})

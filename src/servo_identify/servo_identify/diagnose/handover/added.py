@@ -9,6 +9,7 @@ import numpy as np
 
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.effect import Effect
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.mechanisms.rigid import Rigid
 from servo_twin.physics.mechanisms.two_inertia import TwoInertia
 from servo_twin.physics.servo import Placed, Servo, Value
@@ -74,7 +75,8 @@ def servo_with(servo: Servo, several: Sequence[Added]) -> Servo:
         if one.mechanism is not None:
             servo = replace(servo, mechanism=one.mechanism, step=one.step or servo.step)
     freed = {path for one in several for path in one.values}
-    tolerance = {path: span for path, span in servo.tolerance.items() if path not in freed}
+    tolerance = {name: span for name, span in servo.tolerance.items()
+                 if split_name(name)[0] not in freed}
     return replace(servo, effects=tuple(effects), values=values, tolerance=tolerance)
 
 

@@ -114,7 +114,7 @@ def signed(servo: Servo, stds: Mapping[str, float], bags: tuple[str, ...]) -> Se
     said = dict(servo.provenance)
     for name, std in stds.items():
         path = name.partition('[')[0]
-        if path in servo.values and path not in servo.tolerance:
+        if path in servo.values and name not in servo.tolerance:
             known = said.get(path)
             worst = max((s for s in (known.std if known and known.source == SOURCE else None, std)
                          if s is not None and np.isfinite(s)), default=None)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
@@ -37,8 +38,8 @@ def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Rec
     servo, trial, tolerated, warnings = file.servo, file.trial, file.tolerated, []
     outside = [one for one in several if one.part.mechanism.outside]
     several = [one for one in several if one.acts and one not in outside]
-    starts = [servo, replace(servo, values={**servo.values, **{
-        path: value for path, value in moved_to.items() if path in tolerated}})]
+    starts = [servo, servo.with_values({
+        path: value for path, value in moved_to.items() if path in tolerated})]
     starts += [] if file.within is None else [file.moved]
     tick(0.3)
     several = [waves_held(one, trial, starts) for one in several]
@@ -100,7 +101,7 @@ def _handover(one: _Standing, file: GivenFile, begun: Sequence[Added], outside: 
     refit, given = file.moved if joint is None else joint.servo, file.given.gap
     gaps = {'given': given, 'patch': trial.gap(patch) or given,
             'refit': trial.gap(refit) or given}
-    moved = [path for path in file.tolerated if tried.base.values[path] != servo.values[path]]
+    moved = [path for path in file.tolerated if tried.base.number(path) != servo.number(path)]
     said = [] if not moved else [
         f'moved within tolerance in the new file: {", ".join(moved)}; without that, what is '
         'added brings the simulation nearer in some recordings only']
@@ -207,8 +208,8 @@ def _helps(before: Tried, after: Tried) -> bool:
 def _moved(servo: Servo, paths: Sequence[str], added: Sequence[Added], to: Servo) -> Servo:
     """Return a servo with some values as in another, but those that effects bring themselves."""
     own = {path for one in added for path in one.values}
-    return replace(servo, values={**servo.values, **{p: to.values[p] for p in paths
-                                                     if p in to.values and p not in own}})
+    return servo.with_values({name: to.number(name) for name in paths for path in [
+        split_name(name)[0]] if path in to.values and path not in own})
 
 
 def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:

@@ -64,13 +64,13 @@ class EquationErrors(AskedByMotion):
 
     def _slope(self, path: str, step: float) -> dict[str, np.ndarray]:
         moved = self.servo.theta.copy()
-        moved[self.slots[path].start] += step
+        moved[self.servo.place(path)] += step
         if path.startswith('drive.'):
             return self._drive_slope(path, moved, step)
         before, after = self._nominal, self.residuals(moved)
         if path.startswith('mechanism.') and self.measured.twist.any():
-            swing = self.of_signal(*self.turned(self.servo.with_effects(
-                values={path: self.servo.numbers[path] + step})))
+            swing = self.of_signal(*self.turned(self.servo.with_values(
+                {path: self.servo.number(path) + step})))
             after = {name: values + swing.get(name, 0.0) for name, values in after.items()}
         return {name: (after[name] - before[name]) / step for name in after}
 

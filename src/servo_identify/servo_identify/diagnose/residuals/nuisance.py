@@ -53,7 +53,7 @@ def nuisance_of(samples: ResidualSamples) -> Nuisance:
             high.append(bounds[1])
 
     for path, (least, most) in servo.tolerance.items():
-        if path.split('.')[0] in UNTOLD or most <= least or isinstance(servo.values[path], tuple):
+        if path.split('.')[0] in UNTOLD or most <= least:
             continue
         column = slope(samples, path, STEP * (most - least), (least, most))
         bounds = amplitude_of(samples, path, least), amplitude_of(samples, path, most)
@@ -129,7 +129,7 @@ def untold_ratio(samples: ResidualSamples) -> float:
 def slope(samples: ResidualSamples, path: str, step: float,
           bounds: tuple[float, float]) -> np.ndarray:
     """Return the change of all residuals for one unit of a value, by a step within its bounds."""
-    value = samples.servo.numbers[path]
+    value = samples.servo.number(path)
     if not bounds[0] <= value + step <= bounds[1]:
         step = -step
     step = float(np.clip(value + step, *bounds)) - value
@@ -141,7 +141,7 @@ def slope(samples: ResidualSamples, path: str, step: float,
 
 def amplitude_of(samples: ResidualSamples, path: str, value: float) -> float:
     """Return what stands before the column of a value of the file where it is another one."""
-    given = samples.servo.numbers[path]
+    given = samples.servo.number(path)
     if _scales(samples, path) and value * given > 0.0:
         return given * (1.0 - given / value)
     return value - given
@@ -164,7 +164,7 @@ def room_of(samples: ResidualSamples, path: str, bounds: tuple[float, float] = (
 
 def value_of(samples: ResidualSamples, path: str, amplitude: float) -> float:
     """Return the value that an amplitude of its column stands for."""
-    given = samples.servo.numbers[path]
+    given = samples.servo.number(path)
     if _scales(samples, path) and amplitude * given < given**2:
         return given / (1.0 - amplitude / given)
     return given + amplitude

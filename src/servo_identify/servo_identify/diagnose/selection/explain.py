@@ -56,7 +56,7 @@ class Explained:
 
     def within_tolerance(self) -> dict[str, float]:
         """Return the values of the file as the smallest set has them, by path."""
-        given = self.samples.servo.numbers
+        given = self.samples.servo.tolerance
         return {path: value_of(self.samples, path, change)
                 for path, change in self.nuisances().items() if path in given}
 
@@ -145,7 +145,7 @@ def _of_values(one: EquationErrors, answer: Explained) -> dict[str, np.ndarray]:
         if path:
             values[path] = value_of(answer.samples, path, answer.amplitudes(index)[0])
     for path, value in values.items():
-        theta[one.slots[path].start] = value
+        theta[one.servo.place(path)] = value
     change = (one.evaluated(theta, one.motion) - one.evaluated(one.servo.theta, one.motion)).T
     out = dict(zip(EVALUATED, change, strict=True))
     moved = theta - one.servo.theta

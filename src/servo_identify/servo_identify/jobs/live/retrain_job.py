@@ -20,6 +20,7 @@ import sys
 import numpy as np
 
 from servo_twin.description import servo_file
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.servo import Servo
 from servo_twin.recording.recording import Recording
 
@@ -61,7 +62,9 @@ def wanted(servo: Servo, learn: Sequence[str]) -> tuple[list[str], list[str]]:
             effects = [placed.name for placed in servo.effects]
             raise ValueError(f'{name!r} is not to be learned: it is none of {list(LEARNED)}, no '
                              f'effect of {effects}, and no parameter of {servo.name}')
-    return learned, list(dict.fromkeys(free))
+    rows = set(free)
+    return learned, [name for name in dict.fromkeys(free)
+                     if not rows & {split_name(name)[0]} - {name}]
 
 
 def main(arguments: list[str]) -> int:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from servo_twin.physics.catalogue import find
+from servo_twin.physics.element_names import split_name
 from servo_twin.physics.servo import Placed, Provenance, Servo
 from servo_twin.recording.recording import Recording
 
@@ -131,7 +132,8 @@ def with_motor_friction(servo: Servo, recordings: list[Recording]) -> tuple[Serv
     bare = servo.without_effects(
         lambda other: other.site == 'motor' and other.effect.port == 'friction')
     better = bare.with_effects(*placed, values=values, provenance=provenance)
-    tolerance = {k: v for k, v in servo.tolerance.items() if k in better.values}
+    tolerance = {k: v for k, v in servo.tolerance.items()
+                 if split_name(k)[0] in better.values}
     servo = replace(better, tolerance=tolerance)  # of the values found too, where they had one
     return servo, (f'friction at the motor: {level:.5g} N m + {slope:.3g} N m s/rad '
                    f'(± {std[0]:.2g}, {std[1]:.2g})')
