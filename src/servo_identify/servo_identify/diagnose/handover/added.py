@@ -75,8 +75,7 @@ def servo_with(servo: Servo, several: Sequence[Added]) -> Servo:
         if one.mechanism is not None:
             servo = replace(servo, mechanism=one.mechanism, step=one.step or servo.step)
     freed = {path for one in several for path in one.values}
-    tolerance = {name: span for name, span in servo.tolerance.items()
-                 if split_name(name)[0] not in freed}
+    tolerance = {n: span for n, span in servo.tolerance.items() if split_name(n)[0] not in freed}
     return replace(servo, effects=tuple(effects), values=values, tolerance=tolerance)
 
 
