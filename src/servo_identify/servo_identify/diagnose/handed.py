@@ -23,7 +23,7 @@ from .mechanisms.hypothesis import Mechanism, UNKNOWN
 from .residuals.added_input import added_input
 from .selection.confidence import redrawn, Rival
 from .selection.explain import Explained
-from .selection.stability import Half, instead
+from .selection.stability import Half, instead, share_in_place
 from .splitting import Split
 
 
@@ -162,11 +162,16 @@ def _doubtful(found: Explained, several: Sequence[Half], acting: Sequence[Findin
     Return the findings that come and go with the recordings, so that they are not told.
 
     Beside the first effect of the plant another is told where every second half of the recordings
-    names it too (stability selection: Meinshausen, Buehlmann 2010). No simulation judges what the
-    loop does, so a controller needs that in any case, and an equation that is certainly off.
+    has something in its place too (stability selection: Meinshausen, Buehlmann 2010): a half that
+    gives it another name doubts the name. No simulation judges what the loop does, so a controller
+    needs that in any case, and an equation that is certainly off.
     """
+    def there(one: Finding) -> float:
+        others = [name for other in acting if other is not one for name in names_of(found, other)]
+        return share_in_place(several, names_of(found, one), others)
+
     plant = [one for one in acting if one.part.mechanism.site != 'controller']
     first = next((one for one in plant if one.part.mechanism.name != UNKNOWN), None)
     return tuple(one for one in acting if one is not first and (
-        named_in(found, several, one) < EVEN and one.part.mechanism.name != UNKNOWN
+        there(one) < EVEN and one.part.mechanism.name != UNKNOWN
         or one not in plant and 'controller' not in found.search.off))

@@ -40,6 +40,7 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     as much as each takes. Friction over the load is Coulomb friction and what grows. What resists
     alike at all angles, or once it has settled, is Coulomb friction, the rest is what varies; a
     clearance that does not vary is backlash. Friction that one direction has alone is one effect.
+    An angle that is lost alike at every load is a clearance too.
     A part that does less than WORTH of the whole is not worth naming. Where the servo file has
     the law of a part at the same place, its value is what is off.
     """
@@ -50,6 +51,9 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
                  draws=draws)
     if curve is not None and one.mechanism.name in OVER_ANGLE:
         return [_by_law(found, whole)]
+    if curve is not None and _jumps(found, whole):
+        whole = _as_clearance(whole)
+        return _nameable([_of_file(found, whole)], whole, without)
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
     if one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level
@@ -83,6 +87,27 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
     else:
         return [whole]
     return _nameable(_worth_naming(found, whole, named), whole, without)
+
+
+def _jumps(found: Explained, whole: Part) -> bool:
+    """
+    Tell whether a curve of the angle lost over the load is all there as the flank changes.
+
+    What is lost alike at every load is a clearance; an elasticity loses more the more it carries.
+    """
+    one, curve = found.hypotheses[whole.number], whole.curve
+    return (curve is not None and one.detail.get('equation') == 'transmission'
+            and one.mechanism.variables == ('load',) and one.mechanism.symmetry == 'odd'
+            and found.samples.servo.mechanism.compliant and common(curve) > 0.0
+            and curve.size(curve.y - common(curve)) <= FORM * curve.size())
+
+
+def _as_clearance(whole: Part) -> Part:
+    """Return an angle lost to either side as the clearance whose half it is."""
+    assert whole.curve is not None
+    width = whole.curve.share(np.full(len(whole.curve.x), 2.0 * common(whole.curve)))
+    return replace(whole, curve=width, mechanism=replace(
+        whole.mechanism, name='backlash', port='clearance'))
 
 
 def _by_law(found: Explained, whole: Part) -> Part:

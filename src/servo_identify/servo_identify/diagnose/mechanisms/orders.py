@@ -111,16 +111,34 @@ def orders_of(builder: Builder, equation: str, angle: str, residual: np.ndarray,
     elif times == 'load':
         factor = samples.along(equation, lambda one, motion: one.transmitted(motion))
         factor /= builder.scales.torque or 1.0
-    return strongest(at, target, factor, least, lowest, builder.scales.most_waves(angle))
+    largest = builder.scales.most_waves(angle)
+    if samples.servo.straight(angle):
+        return along_travel(at, target, factor, least, largest)
+    return strongest(at, target, factor, least, lowest, largest)
+
+
+def along_travel(x: np.ndarray, target: np.ndarray, factor: np.ndarray, least: float,
+                 largest: float = np.inf) -> tuple[tuple[float, ...], int]:
+    """
+    Return the same for what moves straight, in rad/m: no period of it is a whole part of a turn.
+
+    Waves are counted over the travel ``x`` (m), as :func:`strongest` counts them over a turn.
+    """
+    known = x[np.isfinite(x)]
+    unit = 2.0 * np.pi / max(float(np.ptp(known)) if len(known) else 0.0, 1e-12)
+    found, tried = strongest(unit * x, target, factor, least, 1, largest / unit, whole=False)
+    return tuple(unit * order for order in found), tried
 
 
 def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, least: float,
-              lowest: int = 1, largest: float = np.inf) -> tuple[tuple[float, ...], int]:
+              lowest: int = 1, largest: float = np.inf, whole: bool = True
+              ) -> tuple[tuple[float, ...], int]:
     """
     Return (the orders that take most of a target, how many were tried).
 
-    Whole ones are the rule. Where the angle covers some turns, others are told from them, as that
-    of a shaft between motor and load. Those above the ``largest`` are none that a reading tells.
+    ``whole`` ones are the rule. Where the angle covers some turns, others are told from them, as
+    that of a shaft between motor and load. Those above the ``largest`` are none that a reading
+    tells.
     """
     good = np.isfinite(angle) & np.isfinite(target) & np.isfinite(factor)
     if good.sum() < FEWEST:
@@ -130,12 +148,12 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, least: 
     lowest = max(lowest, int(np.ceil(least / turns)))
     if lowest > min(LARGEST_ORDER, largest):
         return (), 0
-    parts = int(np.clip(PARTS * turns, 1, MOST_PARTS)) if turns >= APART else 1
+    parts = int(np.clip(PARTS * turns, 1, MOST_PARTS)) if turns >= APART or not whole else 1
     apart = 1.0 if parts == 1 else 1.0 / turns  # orders that differ by less are one
     found: list[float] = []
     left = target - _fitted(factor[:, None], target)
     for _ in range(MOST):
-        best = _peak(angle, left, factor, lowest, parts, largest)
+        best = _peak(angle, left, factor, lowest, parts, largest, whole)
         if any(abs(best - other) < apart for other in found):
             break
         found.append(best)
@@ -146,20 +164,22 @@ def strongest(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, least: 
 
 
 def _peak(angle: np.ndarray, target: np.ndarray, factor: np.ndarray, lowest: int,
-          parts: int, largest: float) -> float:
-    """Return the order that takes most, or the whole one beside it that takes nearly as much."""
+          parts: int, largest: float, whole: bool) -> float:
+    """Return the order that takes most, or a ``whole`` one beside it that takes nearly as much."""
     power = periodogram(angle, target, factor, parts)
     power[:lowest * parts] = 0.0
     beyond = periodogram(angle, target, factor, largest=LARGEST_WHOLE)
     beyond[:LARGEST_ORDER + 1] = 0.0
     power[np.arange(len(power)) > largest * parts] = 0.0
     beyond[np.arange(len(beyond)) > largest] = 0.0
-    top = int(np.argmax(power))
-    if beyond.max() > power[top]:
-        return float(np.argmax(beyond))
-    whole = round(top / parts)
-    if power[whole * parts] >= (1.0 - FORM) * power[top]:
-        return float(whole)
+    top, far = int(np.argmax(power)), int(np.argmax(beyond))
+    if beyond[far] > power[top]:
+        if whole:
+            return float(far)
+        top = far * parts
+    near = round(top / parts)
+    if whole and power[near * parts] >= (1.0 - FORM) * power[top]:
+        return float(near)
 
     def left(order: float) -> float:
         table = factor[:, None] * waves(angle, (order,))

@@ -62,6 +62,21 @@ def share_of(answers: Sequence[Half], *names: Mechanism) -> float:
     return sum(bool(keys & answer.keys()) for answer in answers) / len(answers) if answers else 1.0
 
 
+def share_in_place(answers: Sequence[Half], names: Sequence[Mechanism],
+                   others: Collection[Mechanism]) -> float:
+    """
+    Return the share of the halves in which something acts in the place of a mechanism.
+
+    Its own name or a rival's (``names``, its own first), or another at the same site that depends
+    on the same; ``others`` are told beside it and stand for themselves.
+    """
+    keys, told, own = {name.key for name in names}, {name.key for name in others}, names[0]
+    there = [any(key in keys or key not in told and one.site == own.site
+                 and set(one.variables) & set(own.variables) for key, one in answer.items())
+             for answer in answers]
+    return sum(there) / len(answers) if answers else 1.0
+
+
 def instead(answers: Sequence[Half], names: Sequence[Mechanism], others: Collection[Mechanism]
             ) -> list[tuple[Mechanism, float]]:
     """
