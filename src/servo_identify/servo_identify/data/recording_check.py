@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from servo_twin.physics.servo import Servo
 
 from .clipped import clipped_findings, normalised_findings
+from .coarse_counts import coarse_findings
 from .copies import copies
 from .excitation import Excitation, excitation
 from .fill_values import fill_findings
@@ -20,7 +21,6 @@ from .one_sign import magnitude_findings, sign_findings
 from .oversized import size_findings
 from .raw_encoder import wrapped_findings
 from .reader_advice import READER
-from .resolution import resolution_findings
 from .scales import contradicting, scale_findings, untold
 from .signals import ANGLES
 from .survey import limit_of, Survey, survey
@@ -86,7 +86,7 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
         found += open_
     if not any(one.level == 'red' for one in found):
         found += _excitation(shown.values())
-        found += each_once([finding for one in looked for finding in resolution_findings(
+        found += each_once([finding for one in looked for finding in coarse_findings(
             one, servo)])
     found += [*replicates(recordings), *_channels(surveys, servo)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))

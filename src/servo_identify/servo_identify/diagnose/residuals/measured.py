@@ -19,9 +19,9 @@ from servo_twin.physics.simulate import (
 from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.recording import Recording
 
+from ...data.coarse_counts import longest_spacing, SMOOTH_ENOUGH, SPACINGS
 from ...data.encoder_count import count_of
 from ...data.mistakes import unread
-from ...data.resolution import longest_spacing, SMOOTH_ENOUGH, SPACINGS
 from ...data.signals import ANGLES
 from ..decisions import FORM
 from .noise import noises_of, of_encoders, one_count

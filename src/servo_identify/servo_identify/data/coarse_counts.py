@@ -29,7 +29,7 @@ def longest_spacing(period: float) -> int:
     return max(SPACINGS[0], min(SPACINGS[-1], int(LONGEST / (6 * period))))
 
 
-def resolution_findings(one: Recording, servo: Servo) -> list[Finding]:
+def coarse_findings(one: Recording, servo: Servo) -> list[Finding]:
     """Say of which angles the steps are coarse for this motion, however it is smoothed."""
     width = float(_SPREAD * longest_spacing(one.period))
     at = signals(one, width)
