@@ -59,6 +59,8 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
             continue
         if name in found:
             raise ValueError(f'{table.path}: column {name!r} is there twice')
+        if header in table.begins:  # dates and times of a clock are in s by now
+            unit = 's'
         unit = unit or name == 't' and unit_of_stamps(table.first(header)) or ''
         factor = factor_of(f'{table.path}: column {header!r}', name, unit, servo)
         if factor != 1.0:
