@@ -7,6 +7,7 @@ import pytest
 from servo_identify.cli import main
 from servo_identify.data.column_names import looks_like
 from servo_identify.data.table_import import import_table
+from servo_identify.data.tables import read_table
 
 STAMPS = 1_764_500_000_000.0  # ms since 1970
 
@@ -42,3 +43,11 @@ def test_it_says_since_the_first_row_where_stamps_repeat_and_a_hole_begins(tmp_p
                             mapping=tmp_path / 'new' / 'm.yaml').warnings)
     assert 'the first is row 501 at 0.998 s after the first row' in said
     assert 'the first at 2 s after the first row; they are NaN' in said
+
+
+@pytest.mark.parametrize('name', ['a.yaml', 'a.yml'])
+def test_it_says_where_a_servo_file_among_the_recordings_goes(tmp_path, name):
+    path = tmp_path / name
+    path.write_text('servo: a')
+    with pytest.raises(ValueError, match='a servo file goes behind --servo'):
+        read_table(path)
