@@ -155,3 +155,12 @@ def test_its_command_measures_the_seconds_to_an_alarm_and_the_rate_of_false_ones
     assert (tmp_path / 'watch.png').stat().st_size > 3000
     assert main(['watch', '-o', str(tmp_path), '--effects', 'luck']) == 2
     assert "['luck'] cannot be switched on here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('given', [['run.csv'], ['run_1.csv', 'run_2', '-o', 'new', '--servo',
+                                                 'rv_bench']])
+def test_it_says_which_commands_take_recordings(capsys, given):
+    with pytest.raises(SystemExit):
+        main(['watch', *given])
+    said = capsys.readouterr().err
+    assert f"'{given[0]}': watch takes none" in said and '`servo-identify check` says' in said

@@ -10,11 +10,12 @@ import pytest
 from scipy.optimize import lsq_linear
 from synthetic_recordings import PERIOD, sampled
 
+from servo_identify.data.encoder_count import count_of
 from servo_identify.diagnose.answer.patch import patched
 from servo_identify.diagnose.checks import CannotDiagnose, usable
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.orders import strongest
-from servo_identify.diagnose.residuals.noise import count_of, noise_of
+from servo_identify.diagnose.residuals.noise import noise_of
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.residuals.test_function import TestFunction
 from servo_identify.diagnose.selection.bounded_least_squares import bounded

@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+from small_tables import convert
 
 from servo_identify.cli import main
+from servo_identify.commands import import_table as import_table_command
+from servo_identify.data import import_in_parts
+from servo_identify.data.reading import read_recordings
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
 
@@ -105,3 +109,28 @@ def test_its_bag_has_the_hole(tmp_path, capsys):
     path = written(tmp_path / 'a.csv', cells)
     assert main(['info', str(path)]) == 0
     assert "'OVER' in 1 row" in ' '.join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize('text', ['inf', '-inf', 'Infinity', '1e999'])
+def test_it_takes_an_infinite_number_for_none_and_says_so(tmp_path, capsys, text):
+    cells = [f'{0.5 * k - 20:.1f}' for k in range(200)]
+    cells[30] = cells[31] = text
+    path = written(tmp_path / 'a.csv', cells)
+    one = import_table(path, None)
+    said = ('current is infinite in 2 rows, the first is row 31: no number stands there, they '
+            'are NaN')
+    assert said in one.warnings and said in one.note
+    assert np.flatnonzero(np.isnan(one['current'])).tolist() == [30, 31]
+    assert main(['info', str(path)]) == 0
+    assert said in ' '.join(capsys.readouterr().out.split())
+
+
+def test_it_counts_infinite_numbers_in_all_parts_of_a_long_table(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(import_in_parts, '_BLOCK', 1000)
+    cells = [f'{k % 7}.5' for k in range(2000)]
+    cells[30] = cells[1900] = 'inf'
+    monkeypatch.setattr(import_table_command, 'IN_PARTS_FROM', 0.0)
+    assert convert(written(tmp_path / 'a.csv', cells), tmp_path / 'bag') == 0
+    assert 'current is infinite in 2 rows, the first is row 31' in capsys.readouterr().err
+    one, = read_recordings([tmp_path / 'bag'])
+    assert np.flatnonzero(np.isnan(one['current'])).tolist() == [30, 1900]

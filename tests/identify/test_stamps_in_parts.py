@@ -1,11 +1,14 @@
 """Stamps of whole seconds and what is beyond them, and rows that have no times at all."""
 
+from datetime import datetime, timedelta
+
 from init_bench import gear_motor, init, write
 import numpy as np
 import pytest
 from small_tables import convert, SERVO, table, TIME, write_csv
 
 from servo_identify.commands import import_table as command
+from servo_identify.data.clock_times import seconds_of
 from servo_identify.data.reading import read_recordings
 from servo_identify.data.table_import import import_table
 from servo_identify.data.tables import read_table
@@ -89,3 +92,28 @@ def test_init_refuses_what_is_no_period_and_no_source(tmp_path, capsys, given, s
     data = write(tmp_path / 'a.csv', gear_motor())
     assert init(data, tmp_path, '--column', given) == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(('name', 'form'), [
+    ('time', '%I:%M:%S.%f %p'), ('Datum', '%d.%m.%Y %H:%M:%S.%f'),
+    ('stamp_of_day', '%Y-%m-%d %I:%M:%S.%f %p'), ('logged', '%H:%M:%S.%f'),
+    ('time [hh:mm:ss]', '%H:%M:%S.%f'), ('stamp_of_day', '%Y-%m-%d %H:%M:%S.%f')])
+def test_a_clock_is_the_time_in_s_whatever_its_name_also_over_midnight(tmp_path, name, form):
+    begin = datetime(2026, 11, 30, 23, 59, 58)
+    columns = gear_motor()
+    stamps = [(begin + timedelta(seconds=float(t))).strftime(form) for t in columns['time']]
+    rows = [','.join((name, *list(columns)[1:]))] + [','.join((stamp, *(f'{v:.9g}' for v in row)))
+            for stamp, *row in zip(stamps, *list(columns.values())[1:], strict=True)]
+    data = tmp_path / 'a.csv'
+    data.write_text('\n'.join(rows))
+    told = ['--column', 'voltage=u:V', '--column', 'current=i:A', '--column',
+            'motor_position=theta:rad', '--column', 'load_position=q:rad', '--mechanism', 'rigid']
+    assert init(data, tmp_path, *told) == 0
+    one = import_table(data, tmp_path / 'new' / 's.yaml', mapping=tmp_path / 'new' / 'm.yaml')
+    assert one.period == pytest.approx(0.002) and len(one) == 2000
+    assert begin.strftime(form)[:12] in one.note
+
+
+def test_a_clock_of_spanish_afternoons_is_read():
+    told = ['11:59:59,8 a. m.', '11:59:59,9 a.m.', '12:00:00,0 p. m.']
+    assert seconds_of(told) == pytest.approx([43199.8, 43199.9, 43200.0])

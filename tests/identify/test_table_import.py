@@ -86,7 +86,7 @@ def test_it_converts_the_units_that_a_header_gives(tmp_path):
     ({'t': np.where(TIME == TIME[7], np.nan, TIME)},
      't = nan in row 8; every row needs a time, and 1 of 200 have none: delete these rows'),
     ({'t': np.full(200, 3.0)}, '199 of 200 rows repeat the time of the row before, and 50%'),
-    ({'voltage': np.where(TIME == TIME[4], np.inf, TIME)}, 'voltage is infinite in row 5'),
+    ({'t': np.where(TIME == TIME[7], np.inf, TIME)}, 't = inf in row 8; every row needs a time'),
     ({'voltage': ['1,5'] * 200}, "column 'voltage' has '1,5' in row 1, which is no number"),
 ])
 def test_it_says_what_is_wrong_with_a_table(tmp_path, capsys, change, text):

@@ -14,12 +14,13 @@ from test_selection import (
     with_effect,
 )
 
+from servo_identify.data.encoder_count import count_of
 from servo_identify.data.table_import import import_table
 from servo_identify.diagnose.diagnose import diagnose
 from servo_identify.diagnose.mechanisms.builder import Builder
 from servo_identify.diagnose.mechanisms.every_hypothesis import hypotheses_of
 from servo_identify.diagnose.mechanisms.orders import strongest
-from servo_identify.diagnose.residuals.noise import count_of, of_encoders, one_count
+from servo_identify.diagnose.residuals.noise import of_encoders, one_count
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.splitting import split

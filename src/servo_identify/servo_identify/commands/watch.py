@@ -6,8 +6,9 @@ Measure the change detector: seconds to the alarm of each effect, and false alar
 has the emulated rig play a sine of speed, switches an effect on in the middle of it, and gives the
 residuals of the twin to the detector as they would come live. Eight seconds after the first alarm
 it asks for the place of the change. Then it watches as long as --hours says with nothing switched
-on. DIR/watch.json and DIR/watch.png hold what came of it. No recording of yours takes part: see
-`online` for one, and the identify node for a rig that runs.
+on. DIR/watch.json and DIR/watch.png hold what came of it. No recording of yours takes part:
+`check` says what drifts from one recording of a motion to the next, `online` follows values over
+one, and the identify node watches a rig that runs.
 """
 
 from __future__ import annotations
@@ -65,6 +66,7 @@ class Seen:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options of the subcommand."""
+    parser.add_argument('recording', nargs='*', type=_refused, help=argparse.SUPPRESS)
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='DIR')
     parser.add_argument('--servo', type=named_servo, default='rv_bench', metavar='S.yaml',
                         help='servo file of the twin (default %(default)s)')
@@ -81,6 +83,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--hours', type=float, default=1.0,
                         help='to watch with nothing switched on (default %(default)g)')
     parser.add_argument('--seed', type=int, default=0, help='of the sensor noise')
+
+
+def _refused(path: str) -> str:
+    """Say of a recording which command takes one."""
+    raise argparse.ArgumentTypeError(
+        f'{path!r}: watch takes none, it measures the detector on the emulated rig. '
+        '`servo-identify check` says what drifts from one recording of a motion to the next, '
+        '`online` follows values of the servo file over one, `diagnose` names the effect')
 
 
 def main(arguments: argparse.Namespace) -> int:

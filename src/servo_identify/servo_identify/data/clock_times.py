@@ -11,7 +11,7 @@ import numpy as np
 from .physical_units import factor_to
 
 _CLOCK = re.compile(r'(?:.*[\sT])?(?:(\d{1,2}):)?(\d{1,2}):(\d{1,2}(?:[.,:]\d+)?)'
-                    r'\s*([AaPp][Mm])?\s*(?:Z|[+-]\d\d:?\d\d)?')
+                    r'\s*(?:([AaPp])\.?\s?[Mm]\.?)?\s*(?:Z|[+-]\d\d:?\d\d)?')
 _DAY, _HOUR = 86400.0, 3600.0
 _DURATION = re.compile(r'([-+]?\d[\d.]*(?:[eE][-+]?\d+)?)\s*([A-Za-zµ]+)')
 _UNITS = ('s', 'sec', 'ms', 'us', 'µs', 'min', 'hr', 'h')
@@ -39,7 +39,7 @@ def seconds_of(values: Sequence[Any]) -> np.ndarray | None:
         hour, minute, second, half = match.groups()
         if hour is None:
             round_ = _HOUR
-        hours = int(hour or 0) % 12 + 12 * (half in ('PM', 'pm')) if half else int(hour or 0)
+        hours = int(hour or 0) % 12 + 12 * (half in 'Pp') if half else int(hour or 0)
         found[k] = _HOUR * hours + 60.0 * int(minute) + float(re.sub('[,:]', '.', second))
     known = np.flatnonzero(np.isfinite(found))
     if not len(known):

@@ -22,6 +22,7 @@ UNIT = {'t': 's'} | COLUMNS
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
 CURRENTS = ('current', 'current_reference')
+_OF_THOUSAND = re.compile(r'(?i)0\.1|\u2030|per ?mille|per thousand|1/1000')
 _OF_RATED = r'(?i)(0\.1 ?)?(%|percent).*|(\u2030|per ?mille|per thousand|1/1000).*'
 """Units of a share of what a drive is rated for, as CiA 402 has torque and current."""
 EFFECTIVE = ('it is the effective value of a sine: write A where the torque constant is given for '
@@ -59,6 +60,8 @@ def named_columns(table: Table, servo: Servo | None, told: list[str]) -> dict[st
             continue
         if name in found:
             raise ValueError(f'{table.path}: column {name!r} is there twice')
+        if header in table.begins:  # dates and times of a clock are in s by now
+            unit = 's'
         unit = unit or name == 't' and unit_of_stamps(table.first(header)) or ''
         factor = factor_of(f'{table.path}: column {header!r}', name, unit, servo)
         if factor != 1.0:
@@ -112,8 +115,10 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
                 if servo is not None and servo.linear else
                 '; a linear axis says so in its servo file: travel: linear')
     if name in (*CURRENTS, 'torque') and re.fullmatch(_OF_RATED, unit):
-        hint += (f'; a share of the rated value is given as its part: 0.00127 {wanted} for a per '
-                 f'mille of 1.27 {wanted}')
+        share = 'per mille' if _OF_THOUSAND.match(unit) else 'percent'
+        part = 0.00127 if share == 'per mille' else 0.0127
+        hint += (f'; a share of the rated value is given as its part: {part} {wanted} for a '
+                 f'{share} of 1.27 {wanted}')
     elif unit in ('%', 'percent'):
         hint += ('; leave the unit out and give scale: in the mapping, what 1 % is in '
                  f'{wanted}: scale: 0.08 where the whole is 8 {wanted}')

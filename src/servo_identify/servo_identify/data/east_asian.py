@@ -10,7 +10,7 @@ from .european import is_cyrillic
 LETTERS = ('gb18030', 'cp932', 'big5', 'cp949')
 """Encodings of files that are not in Unicode: mainland China, Japan, Taiwan, Korea."""
 _NAMES = {
-    'time': '时间 時間 时刻 時刻 시간', 'voltage': '电压 電壓 電圧 전압',
+    'time': '时间 時間 时刻 時刻 タイムスタンプ 时间戳 시간', 'voltage': '电压 電壓 電圧 전압',
     'current': '电流 電流 전류',
     'position': '位置 위치', 'angle': '角度 转角 轉角 角位移 回転角 각도',
     'velocity': '速度 转速 轉速 回転数 角速度 속도 각속도 회전수',

@@ -6,7 +6,8 @@ import re
 import unicodedata
 
 _NAMES = {
-    'time': 'zeit temps tempo tiempo tijd tid czas čas aika zaman время',
+    'time': 'zeit temps tempo tiempo tijd tid czas čas aika zaman время '
+            'horodatage heure hora',
     'voltage': 'spannung tension tensione tensión tensão voltaje voltaggio voltagem spanning '
                'spänning spænding napięcie napětí jännite gerilim напряжение',
     'current': 'strom courant intensité corrente corriente intensidad stroom ström strøm prąd '

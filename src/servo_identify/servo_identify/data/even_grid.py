@@ -35,6 +35,9 @@ FEW = 0.01
 MOST_REPEATED = 0.5
 """Share of the rows that may repeat a time and are left out; of more too little would be left."""
 
+STAMPED = 1e7
+"""First time, s, from which on it is a stamp of a calendar: no machine runs for so long."""
+
 _AT_ONCE = 100_000  # samples whose places are looked up together
 
 
@@ -63,8 +66,8 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
                 + '. Write the time with more digits; or count the rows in their period: time: '
                 '{every: 0.002} in a mapping file, t=:2 ms of init')
         warnings.append(f'{len(repeated)} rows repeat the time of the row before, the first is '
-                        f'row {repeated[0] + 1} at t = {time[repeated[0]]:.9g} s; they are left '
-                        'out')
+                        f'row {repeated[0] + 1} at {_told(time[repeated[0]], time[0])}; they are '
+                        'left out')
         time = np.delete(time, repeated)
         rest = {name: np.delete(column, repeated) for name, column in rest.items()}
     first, end = stretch.rows(stem_of(path), time)
@@ -78,6 +81,11 @@ def even(path: Path, columns: dict[str, np.ndarray], period: float,
     between = Between(time, step)
     between.tell_holes(warnings)
     return float(time[0]), step, between.values(rest, 0, 0, between.samples)
+
+
+def _told(at: float, first: float) -> str:
+    """Return an instant, s; that of a stamp of years as what lies since the first one."""
+    return f't = {at:.9g} s' if first < STAMPED else f'{at - first:.6g} s after the first row'
 
 
 def grid_of(path: Path, time: np.ndarray, period: float, warnings: list[str],
@@ -199,7 +207,7 @@ class Between:
             count += int(hole.sum())
         if count:
             warnings.append(f'{count} rows lie in holes of more than {HOLE:g} periods, the '
-                            f'first at t = {at:.9g} s; they are NaN')
+                            f'first at {_told(at, self.time[0])}; they are NaN')
 
     def _places(self, first: int, end: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the times of samples, the last row before each, and whether it is in a hole."""

@@ -30,6 +30,7 @@ from .listing import beside
 from .mapping import Mapping, read_mapping
 from .message_files import holds_messages
 from .messages_in_parts import long_messages, NotInOrder
+from .missing_texts import without_infinite
 from .on_disk import OnDisk
 from .plausibility import check_angles
 from .raw_encoder import check_counts
@@ -125,9 +126,11 @@ def _looked_over(parts: Iterator[Columns], times: OnDisk, between_rows: BetweenR
             raise NotPlain
         times.extend(time)
         last = time[-1]
-        for name, column in columns.items():
-            kept.setdefault(name, []).append(column[-seen.rows % stride::stride])
+        rows = seen.rows
         seen.add(columns)
+        columns = without_infinite(columns)
+        for name, column in columns.items():
+            kept.setdefault(name, []).append(column[-rows % stride::stride])
         between_rows.add(columns)
         if sum(map(len, kept['t'])) > 2 * LOOKED_AT:
             stride *= 2
@@ -150,7 +153,7 @@ def _untimed(parts: Iterator[Columns]) -> Iterator[Columns]:
     """Yield the parts without their times."""
     for columns in parts:
         del columns['t']
-        yield columns
+        yield without_infinite(columns)
 
 
 def _resampled(parts: Iterator[Columns], between: Between) -> Iterator[Columns]:

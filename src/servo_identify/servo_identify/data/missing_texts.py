@@ -1,11 +1,13 @@
-"""Texts that stand in a column of numbers where none was measured: OL, #DIV/0!, ERR, 1.#INF."""
+"""Texts that stand in a column of numbers where none was measured: OL, #DIV/0!, ERR, inf."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 import re
 from typing import Any
+
+import numpy as np
 
 from .number_texts import is_hexadecimal, plain
 
@@ -38,6 +40,13 @@ def without_missing(name: str, values: Sequence[Any]) -> tuple[Sequence[Any], st
     more = f', {len(counts) - SHOWN} other texts' if len(counts) > SHOWN else ''
     return left, (f'column {name!r} has {told}{more}, the first is row {rows[0] + 1}: no number '
                   'stands there, they are NaN')
+
+
+def without_infinite(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return columns with NaN in place of infinite numbers, but for the time ``t``."""
+    return {name: np.where(np.isinf(column), np.nan, column)
+            if name != 't' and np.isinf(column).any() else column
+            for name, column in columns.items()}
 
 
 def _is_text(cell: str) -> bool:

@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from servo_twin.physics.servo import Servo
 
 from .clipped import clipped_findings, normalised_findings
+from .coarse_counts import coarse_findings
 from .copies import copies
 from .excitation import Excitation, excitation
 from .fill_values import fill_findings
@@ -85,6 +86,8 @@ def check(recordings: Sequence[Long], servo: Servo) -> tuple[Finding, ...]:
         found += open_
     if not any(one.level == 'red' for one in found):
         found += _excitation(shown.values())
+        found += each_once([finding for one in looked for finding in coarse_findings(
+            one, servo)])
     found += [*replicates(recordings), *_channels(surveys, servo)]
     return tuple(sorted(found, key=lambda one: LEVELS.index(one.level)))
 

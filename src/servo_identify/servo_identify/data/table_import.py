@@ -23,6 +23,7 @@ from .mapping import Mapping as ColumnMapping
 from .mapping import read_mapping
 from .message_files import holds_messages
 from .messages import read_messages
+from .missing_texts import without_infinite
 from .packed import stem_of
 from .plausibility import check_angles
 from .raw_encoder import check_counts
@@ -138,6 +139,7 @@ def _recording_of(table: Table, machine: Servo | None, servo_text: str, facts: M
     told += told_begin(table, plan)
     seen = Seen()
     seen.add(columns)
+    columns = without_infinite(columns)
     check_columns(path, seen, [*table.columns, *table.refused], warnings)
     if machine is not None:
         check_counts(path, columns, machine)
@@ -189,8 +191,8 @@ class Seen:
     def __init__(self) -> None:
         self.rows = 0
         self.finite: dict[str, int] = {}
-        self.infinite: dict[str, int] = {}
-        self.absent: dict[str, tuple[int, int]] = {}  # how many rows, and the first of them
+        self.infinite: dict[str, tuple[int, int]] = {}  # how many rows, and the first of them
+        self.absent: dict[str, tuple[int, int]] = {}
         self.begin: dict[str, int] = {}  # the first row with a number
 
     def add(self, columns: Mapping[str, np.ndarray]) -> None:
@@ -200,13 +202,11 @@ class Seen:
             known = np.flatnonzero(np.isfinite(column))
             if len(known):
                 self.begin.setdefault(name, self.rows + int(known[0]))
-            infinite = np.flatnonzero(np.isinf(column))
-            if len(infinite):
-                self.infinite.setdefault(name, self.rows + int(infinite[0]))
-            absent = np.flatnonzero(np.isnan(column))
-            if len(absent):
-                before, first = self.absent.get(name, (0, self.rows + int(absent[0])))
-                self.absent[name] = before + len(absent), first
+            for counts, none in ((self.infinite, np.isinf), (self.absent, np.isnan)):
+                rows = np.flatnonzero(none(column))
+                if len(rows):
+                    before, first = counts.get(name, (0, self.rows + int(rows[0])))
+                    counts[name] = before + len(rows), first
         self.rows += len(next(iter(columns.values()), ()))
 
 
@@ -229,9 +229,10 @@ def check_columns(path: Path, seen: Seen, headers: list[str], warnings: list[str
                   'a twin cannot be driven by this recording')
         warnings.append(f'there is no voltage, the command that the drive received: {drives}')
     for name in have:
-        if name in seen.infinite:
-            raise ValueError(f'{path}: {name} is infinite in row {seen.infinite[name] + 1}; '
-                             'leave the cell empty where nothing was measured')
+        if name in seen.infinite and name != 't':
+            count, first = seen.infinite[name]
+            warnings.append(f'{name} is infinite in {count} row{"s" * (count != 1)}, the first is '
+                            f'row {first + 1}: no number stands there, they are NaN')
         if name in seen.absent and name != 't':
             count, first = seen.absent[name]
             warnings.append(

@@ -43,8 +43,8 @@ _ELSEWHERE = {
     **dict.fromkeys(('.pkl', '.pickle', '.p', '.joblib', '.pt', '.pth'), 'a pickle may run code '
                     'and is not read: save the frame as Parquet or CSV, arrays by numpy.savez'),
     **dict.fromkeys((*PACKED, '.7z', '.tar', '.tgz'), 'unpack it first'),
-    **dict.fromkeys(('.yaml', '.yml'), 'of topics record a bag (`ros2 bag record`), and give '
-                    'that; else save the rows as CSV')}
+    **dict.fromkeys(('.yaml', '.yml'), 'a servo file goes behind --servo, a mapping file behind '
+                    '--mapping; of topics record a bag (`ros2 bag record`), else write CSV')}
 """Kinds of files that are not read, and what to do about each."""
 
 _ARROWS = ('.feather', '.arrow', '.arrows', '.ipc')

@@ -62,8 +62,8 @@ def offered(path: Path) -> Offered:
     if path.suffix.lower() in TEXTS and path.is_file():
         names = tuple(f'column_{k + 1}' for k in range(count_of_bare_columns(path)))
     table = long_enough(read_tables(path, rows, names))[0][0]  # of several runs the first
-    return Offered(path, tuple(table.columns), {name: unit for name in table.columns
-                                                if (unit := split(name)[1])},
+    units = {name: unit for name in table.columns if (unit := split(name)[1])}
+    return Offered(path, tuple(table.columns), units | dict.fromkeys(table.begins, 's'),
                    {}, table.columns, rows, names, table.refused, {
                         name: table.first(name) for name in table.columns})
 

@@ -19,17 +19,16 @@ from servo_twin.physics.simulate import (
 from servo_twin.physics.state import OUTPUTS
 from servo_twin.recording.recording import Recording
 
+from ...data.coarse_counts import longest_spacing, SMOOTH_ENOUGH, SPACINGS
+from ...data.encoder_count import count_of
 from ...data.mistakes import unread
 from ...data.signals import ANGLES
 from ..decisions import FORM
-from .noise import count_of, noises_of, of_encoders, one_count
+from .noise import noises_of, of_encoders, one_count
 from .test_function import TestFunction
 
 FAST = 2  # samples of spacing of the electrical equations
-SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
-LONGEST = 0.25  # s, of a test function
 SAWTOOTH = 0.3  # of a count, over the spacing squared: acceleration of a creeping shaft at worst
-SMOOTH_ENOUGH = 0.005  # noise of the inertial torque, as a share of the torque at work
 SMOOTH_TORSION = 0.05  # noise of the torsion times the stiffness, as a share of the same
 BLOCK = 1.5  # s that count as independent of their neighbours
 FEWEST_BLOCKS, MOST_BLOCKS = 40, 120  # of all recordings together; more only cost time
@@ -163,7 +162,6 @@ def _shaft_spacing(recording: Recording, noise: dict[str, float], count: dict[st
     ratio, scale = values['mechanism.ratio'], _torque_at_work(recording, servo)
     rotor = values.get('mechanism.rotor_inertia', 0.0) * ratio**2
     load = values['mechanism.load_inertia']
-    longest = max(2, int(LONGEST / (6 * recording.period)))
     for spacing in SPACINGS:
         gain = TestFunction(spacing, recording.period, 1).gain(2)
         creeping = SAWTOOTH / (spacing * recording.period) ** 2
@@ -178,7 +176,7 @@ def _shaft_spacing(recording: Recording, noise: dict[str, float], count: dict[st
                 gain * noise['load_position'], creeping * count['load_position']))
         if not shaken or np.hypot.reduce(shaken) < SMOOTH_ENOUGH * scale:
             break
-    return min(spacing, longest)
+    return min(spacing, longest_spacing(recording.period))
 
 
 def _gear_spacing(recording: Recording, noise: dict[str, float], servo: Servo) -> int:
