@@ -40,14 +40,13 @@ def main() -> int:
     parser.add_argument('--one', help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     sys.path.insert(0, str(HERE))
-    from targets import TARGETS
+    from targets import seconds_of, TARGETS
     if arguments.one:
         return _one(arguments)
     names = arguments.only or list(TARGETS)
-    whole = arguments.seconds * arguments.jobs / sum(TARGETS[name].share for name in names)
+    seconds = seconds_of(names, arguments.seconds * arguments.jobs)
     with ThreadPoolExecutor(arguments.jobs) as pool:
-        told = list(pool.map(
-            lambda name: _apart(name, arguments, whole * TARGETS[name].share), names))
+        told = list(pool.map(lambda name: _apart(name, arguments, seconds[name]), names))
     print(f'{"target":10} {"inputs":>9} {"answered":>9} {"refused":>9} {"found":>6} '
           f'{"slowest, s":>10} {"of lines":>10}')
     for one in told:
@@ -55,11 +54,37 @@ def main() -> int:
               f'{len(one["findings"]):6} {one["slowest"]:10.2f} {one.get("covered", ""):>10}')
         for said in one['findings']:
             print(f'    {said}')
+    _say_families(told)
+    if arguments.coverage:
+        say_modules([one['lines'] for one in told if 'lines' in one])
     print(f'{sum(one["inputs"] for one in told)} inputs, seed {arguments.seed}, '
           f'{sum(len(one["findings"]) for one in told)} found')
     if arguments.json:
         arguments.json.write_text(json.dumps(told, indent=1))
     return int(any(one['findings'] for one in told))
+
+
+def _say_families(told: list[dict]) -> None:
+    """Print the inputs of each family."""
+    from targets import FAMILIES, family_of
+    print(f'\n{"family":10} {"inputs":>9} {"answered":>9} {"refused":>9}')
+    for family in FAMILIES:
+        found = [one for one in told if family_of(one['target']) == family]
+        if found:
+            counts = [sum(one[kind] for one in found)
+                      for kind in ('inputs', 'answered', 'refused')]
+            print(f'{family:10} ' + ' '.join(f'{count:9}' for count in counts))
+    print()
+
+
+def say_modules(told: list[dict[str, list[list[int]]]]) -> None:
+    """Print how many lines of each parser were run by any target: [all, run] by its module."""
+    print(f'{"parser":55} {"lines":>5} {"of lines":>8}')
+    for module in sorted({name for one in told for name in one}):
+        lines = {line for one in told for line in one.get(module, ([], []))[0]}
+        run = {line for one in told for line in one.get(module, ([], []))[1]}
+        print(f'{module:55} {len(lines):5} {100.0 * len(run) / max(1, len(lines)):6.0f} %')
+    print()
 
 
 def _apart(name: str, arguments: argparse.Namespace, seconds: float) -> dict:
@@ -107,11 +132,13 @@ def _one(arguments: argparse.Namespace) -> int:
                    ready=coverage.start if coverage else lambda: None)
     if coverage:
         coverage.stop()
-    _tell(target, trials, arguments.keep, **{'covered': _covered(coverage)} if coverage else {})
+    lines = _lines(coverage, target.modules) if coverage else {}
+    _tell(target, trials, arguments.keep,
+          **{'lines': lines, 'covered': _share(lines)} if coverage else {})
     return 0
 
 
-def _tell(target: Target, trials: Trials, keep: Path, **more: str) -> None:
+def _tell(target: Target, trials: Trials, keep: Path, **more: object) -> None:
     """Keep the findings and write the counts down."""
     for content, _ in trials.findings.values():
         _keep(keep, target.name, content)
@@ -122,16 +149,28 @@ def _tell(target: Target, trials: Trials, keep: Path, **more: str) -> None:
     Path('answer.tmp').rename('answer.json')
 
 
-def _covered(coverage) -> str:
-    lines = run = 0
+def _lines(coverage, modules: tuple[str, ...]) -> dict[str, list[list[int]]]:
+    """Return the lines within functions of each parser, and those that were run."""
+    found = {}
     for file in coverage.get_data().measured_files():
+        module = next((one for one in modules
+                       if Path(file).with_suffix('').as_posix().endswith(one.replace('.', '/'))),
+                      None)
+        if module is None:
+            continue
         inside = {line for thing in ast.walk(ast.parse(Path(file).read_text()))
                   if isinstance(thing, ast.FunctionDef)
                   for line in range(thing.body[0].lineno, thing.end_lineno + 1)}
         _, all_lines, _, missing, _ = coverage.analysis2(file)
-        lines += len(inside.intersection(all_lines))
-        run += len(inside.intersection(all_lines).difference(missing))
-    return f'{100.0 * run / max(1, lines):.0f} %'
+        lines = inside.intersection(all_lines)
+        found[module] = [sorted(lines), sorted(lines.difference(missing))]
+    return found
+
+
+def _share(lines: dict[str, list[list[int]]]) -> str:
+    """Return the share of lines that were run."""
+    every = sum(len(all_lines) for all_lines, _ in lines.values())
+    return f'{100.0 * sum(len(run) for _, run in lines.values()) / max(1, every):.0f} %'
 
 
 def _keep(folder: Path, name: str, content: bytes) -> None:

@@ -82,9 +82,12 @@ MAPPING = ('time: {source: t}\ncolumns:\n  voltage: {source: voltage}\n'
 TARGETS = (
     Target('csv', True, csv_seeds, _table('.csv'), (*READERS, 'servo_identify.data.csv_table',
                                               'servo_identify.data.csv_layout')),
-    Target('parquet', False, _parquet_seeds, _table('.parquet'), READERS),
-    Target('npz', False, _npz_seeds, _table('.npz'), READERS),
+    Target('parquet', False, _parquet_seeds, _table('.parquet'),
+           (*READERS, 'servo_identify.data.parquet_memory')),
+    Target('npz', False, _npz_seeds, _table('.npz'),
+           (*READERS, 'servo_identify.data.numpy_file')),
     Target('mat', False, _mat_seeds, _table('.mat', MAPPING),
            (*READERS, 'servo_identify.data.mat_file')),
-    Target('json', True, _json_seeds, _table('.json', MAPPING), READERS),
+    Target('json', True, _json_seeds, _table('.json', MAPPING),
+           (*READERS, 'servo_identify.data.json_file', 'servo_identify.data.json_shapes')),
 )

@@ -24,8 +24,7 @@ class Target:
     One thing that reads what comes from outside.
 
     ``seeds(folder)`` returns good inputs, ``take(content, folder)`` reads a spoilt one; ``folder``
-    is its own to write in. ``modules`` are the parsers whose coverage counts; ``share`` is of the
-    time of a run, more for what a bus brings a thousand times a second.
+    is its own to write in. ``modules`` are the parsers whose coverage counts.
     """
 
     name: str
@@ -33,7 +32,6 @@ class Target:
     seeds: Seeds
     take: Take
     modules: tuple[str, ...]
-    share: float = 1.0
 
 
 def files(*paths: Path) -> Seeds:

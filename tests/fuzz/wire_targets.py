@@ -122,7 +122,6 @@ TARGETS = (
            _drive('moteus', 'moteus.yaml'),
            ('servo_rig_driver.devices.moteus_registers', 'servo_rig_driver.devices.moteus')),
     Target('packet', False, _packet_seeds, _take_packet,
-           ('servo_rig_driver.can_bus.unix_frames', 'servo_rig_driver.devices.sdo'), 8.0),
-    Target('sdo', False, _sdo_seeds, _take_sdo, ('servo_rig_driver.emulated.object_server',),
-           8.0),
+           ('servo_rig_driver.can_bus.unix_frames', 'servo_rig_driver.devices.sdo')),
+    Target('sdo', False, _sdo_seeds, _take_sdo, ('servo_rig_driver.emulated.object_server',)),
 )

@@ -117,6 +117,29 @@ def test_spoilt_input_ends_in_an_answer_or_a_sentence(name, tmp_path):
     assert trials.inputs and not trials.findings, [said for _, said in trials.findings.values()]
 
 
+def test_each_family_of_inputs_has_the_same_time():
+    from targets import FAMILIES, seconds_of
+    seconds = seconds_of(list(TARGETS), 60.0)
+    assert set(seconds) == {name for members in FAMILIES.values() for name in members}
+    for members in FAMILIES.values():
+        assert sum(seconds[name] for name in members) == pytest.approx(60.0 / len(FAMILIES))
+    assert seconds_of(['sdo', 'csv'], 8.0) == {'sdo': 4.0, 'csv': 4.0}
+
+
+def test_a_run_says_its_inputs_by_family_and_the_lines_of_each_parser(tmp_path):
+    fuzz = Path(__file__).resolve().parents[1] / 'fuzz' / 'fuzz.py'
+    ran = subprocess.run(
+        [sys.executable, fuzz, '--coverage', '--seconds', '2', '--only', 'packet', 'sdo', '--jobs',
+         '1', '--keep', tmp_path / 'found'], capture_output=True, text=True, timeout=120,
+        check=False)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    words = [line.split() for line in ran.stdout.splitlines() if line]
+    assert int(next(line[1] for line in words if line[0] == 'bus')) > 100
+    share = {line[0]: int(line[2]) for line in words if line[0].startswith('servo_')}
+    assert share['servo_rig_driver.can_bus.unix_frames'] > 40
+    assert share['servo_rig_driver.emulated.object_server'] > 40
+
+
 def test_coverage_guides_the_spoiling_where_atheris_is_there(tmp_path):
     pytest.importorskip('atheris', reason='make fuzz GUIDED=1 fetches it')
     fuzz = Path(__file__).resolve().parents[1] / 'fuzz' / 'fuzz.py'

@@ -38,3 +38,23 @@ def test_an_object_in_another_unit_is_refused(right, wrong, node, tmp_path):
     frames = load_frames(changed(tmp_path, f'^Unit={right}$', f'Unit={wrong}', node))
     with pytest.raises(FrameError, match=f"has the unit '{wrong}'; it must be one of"):
         RigFrames(frames)
+
+
+@pytest.mark.parametrize('unit', ['', 'Unit=', '; Unit=rad', 'Unit=   ; of the shaft'])
+def test_a_factor_without_a_unit_is_refused_with_its_line_and_object(unit, tmp_path):
+    own = changed(tmp_path, '^Unit=rad$', unit)
+    with pytest.raises(DictionaryError, match=r'line \d+: Factor = .* of object 6064 has no Unit; '
+                                              r'give .* Unit=rad, or Unit=1'):
+        load_frames(own)
+
+
+def test_a_factor_of_a_share_says_so_by_a_unit_of_one(tmp_path):
+    load_frames(changed(tmp_path, '^Unit=rated torque$', 'Unit=1'))
+
+
+@pytest.mark.parametrize(('unit', 'node'), [('rad', 'drive'), ('rad', 'load_encoder'),
+                                            ('N m', 'torque_sensor')])
+def test_a_vendors_file_without_scales_is_not_read_as_radians(unit, node, tmp_path):
+    own = changed(tmp_path, f'^Factor=.*\nUnit={unit}$', '', node)
+    with pytest.raises(FrameError, match='has no Unit; it must be one of'):
+        RigFrames(load_frames(own))

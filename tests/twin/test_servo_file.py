@@ -13,7 +13,9 @@ import pytest
 from servo_twin.description.given_values import Default, defaults, required
 from servo_twin.description.servo_file import dumps, load, loads, save
 from servo_twin.description.shipped import servo_file
+from servo_twin.lockstep.live_changes import changed as changed_live
 from servo_twin.physics.catalogue import find, names
+from servo_twin.physics.curve_ends import check_curves
 from servo_twin.physics.servo import (
     CONTROLLERS,
     DRIVES,
@@ -88,9 +90,10 @@ def servos(draw):
 def test_a_written_servo_reads_back_as_the_same_servo(servo):
     servo = replace(servo, step=min(servo.step, max(1e-7, longest_step(servo) / 4.0)))
     try:
+        check_curves(servo)
         check_step(servo)
     except ServoError:
-        assume(False)  # stiffer than the shortest step
+        assume(False)  # stiffer than the shortest step, or a curve without a length
     again = loads(dumps(servo))
     assert again == servo
     assert np.array_equal(again.theta, servo.theta)
@@ -276,10 +279,28 @@ REFUSED = {
     'rows of other lengths': (
         changed('bearing:', 'net: {effect: network_friction, at: load, forward_angle: [1, 2]}\n'
                 '  bearing:'), ['effects.net.forward_speed has 1', 'has 2']),
+    'a curve that goes nowhere': (
+        BENCH + '  curve: {effect: friction_over_speed, at: load, low: 2, high: 2, curve: [1]}\n',
+        ['effects.curve.high = 2 rad/s is not above effects.curve.low = 2 rad/s',
+         'Give a higher end']),
+    'a curve over a turn from its higher end': (
+        BENCH + '  curve: {effect: error_over_angle, low: 1, high: -1, curve: [0, 1e-5]}\n',
+        ['effects.curve.high = -1 rad is not above', 'the same for a curve that repeats']),
     'a row that is none': (
         changed('bearing:', 'cog: {effect: cogging, cosine: 3}\n  bearing:'),
         ['effects.cog.cosine = 3 is not a row of numbers']),
 }
+
+
+def test_a_curve_whose_ends_are_alike_repeats_each_turn():
+    loads(BENCH + '  curve: {effect: error_over_angle, low: 0, high: 0, curve: [0, 1e-5, 0, 0]}\n')
+
+
+def test_a_curve_is_not_turned_round_while_a_twin_runs():
+    servo = loads(BENCH + '  curve: {effect: torque_over_angle, at: load, low: -1, high: 1,'
+                          ' curve: [0.1]}\n')
+    with pytest.raises(ServoError, match='not above effects.curve.low'):
+        changed_live(servo, {'effects.curve.low': 2.0})
 
 
 @pytest.mark.parametrize('what', REFUSED)

@@ -12,6 +12,7 @@ import numpy as np
 
 from .csv_layout import TEXTS
 from .csv_table import read_csv
+from .import_memory import ADVICE
 from .json_file import flat, LINES, read_json
 from .json_shapes import table_of
 from .lerobot import named_parts
@@ -20,6 +21,7 @@ from .matlab_objects import what_to_type
 from .names_beside import with_names_beside
 from .numpy_file import load_numpy
 from .packed import inner_suffix, PACKED, read_packed
+from .parquet_memory import check_parquet
 from .rows_in_time import on_one_timeline
 from .rows_in_turn import check_turns
 from .several_runs import cut_before, goes_on, groups_of, runs_of
@@ -138,10 +140,6 @@ def _numpy(path: Path) -> list[Table]:
     return _of_arrays(path, *load_numpy(path))
 
 
-def _tdms(path: Path) -> list[Table]:
-    return _of_arrays(path, load_tdms(path), {})
-
-
 def _of_arrays(path: Path, arrays: dict[str, Any], refused: dict[str, str]) -> list[Table]:
     found = list[Table]()
     for run, inner in groups_of(arrays).items():
@@ -181,6 +179,7 @@ def _parted(arrays: dict[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, An
 def _parquet(path: Path) -> Table:
     from pyarrow import ArrowException, parquet
 
+    check_parquet(path, ADVICE)
     try:
         table = from_arrow(path, parquet.read_table(path))
         return replace(table, columns=named_parts(path, table.columns))
@@ -246,5 +245,5 @@ def _deep(path: Path, arrays: dict[str, Any]) -> dict[str, str]:
 
 
 _OF_ARROW = {'.parquet': _parquet} | dict.fromkeys(_ARROWS, _feather)
-_OF_ARRAYS = {'.tdms': _tdms} | dict.fromkeys(('.npz', '.npy'), _numpy) | dict.fromkeys(
-    ('.mat', *_HDF5), _mat)
+_OF_ARRAYS = dict.fromkeys(('.npz', '.npy'), _numpy) | dict.fromkeys(('.mat', *_HDF5), _mat) | {
+    '.tdms': lambda path: _of_arrays(path, load_tdms(path), {})}

@@ -4,7 +4,8 @@ Reads the object dictionaries (EDS files) of a rig's three nodes.
 They are the drive, the encoder on the load, and the torque sensor with the load simulator. Scales
 and units come from there and nowhere else. Shipped sets are folders below eds/; a folder of one's
 own is given by its path. `Factor` and `Unit` are the keys that the canopen library reads beside
-those of CiA 306.
+those of CiA 306, which knows neither. So a vendor's file says nothing of them, and who adds a
+Factor says in which Unit the value is then; `1` stands for a share or a count.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ import re
 from canopen import import_od, ObjectDictionary
 
 _FACTOR = re.compile(r'(?mi)^[ \t]*Factor[ \t]*[=:][ \t]*(.*?)[ \t]*\r?$')
+_UNIT = re.compile(r'(?mi)^[ \t]*Unit[ \t]*[=:][ \t]*[^\s;#]')
+_SECTION = re.compile(r'(?m)^\[(.*?)\]')
 _SMALLEST, _LARGEST = 1e-30, 1e30  # of a Factor: beyond them values of 32 bits overflow
 SHIPPED = Path(__file__).parent / 'eds'
 NODE_IDS: Mapping[str, int] = {'drive': 1, 'load_encoder': 2, 'torque_sensor': 3}
@@ -84,7 +87,20 @@ def _read(path: Path, node_id: int) -> ObjectDictionary:
 
 
 def _check_factors(text: str) -> None:
-    """Raise ValueError for a Factor that is no scale, of which canopen takes 1 without a word."""
+    """
+    Raise ValueError for a Factor that is no scale or makes a value of no unit.
+
+    Of the first canopen takes 1 without a word, of the second any unit could be meant.
+    """
+    objects = [*_SECTION.finditer(text)]
+    ends = [one.start() for one in objects[1:]] + [len(text)]
+    for one, end in zip(objects, ends, strict=True):
+        scale = _FACTOR.search(text, one.end(), end)
+        if scale and not _UNIT.search(text, one.end(), end):
+            line = text.count('\n', 0, scale.start()) + 1
+            raise ValueError(f'line {line}: Factor = {scale[1]!r} of object {one[1]} has no Unit; '
+                             f'give the unit that the value has with it, such as Unit=rad, or '
+                             f'Unit=1 for a share or a count')
     for found in _FACTOR.finditer(text):
         try:
             size = abs(float(found[1]))

@@ -12,12 +12,13 @@ _UNITS = {'position': ('rad', 'm'), 'velocity': ('rad/s', 'm/s'), 'torque': ('N 
 
 
 def check_units(frames: FrameTable, named: Iterable[tuple[str, str]]) -> None:
-    """Raise FrameError for an object in another unit; none is taken for the right one."""
+    """Raise FrameError for an object in another unit, or in none that its file says."""
     for node, name in named:
         for frame in frames.values():
             if frame.name.startswith(node + '.') and name in frame.names:
                 unit = frame.fields[frame.names.index(name)].unit
                 units = next(units for word, units in _UNITS.items() if word in name)
-                if unit and unit not in units:
-                    raise FrameError(f'{node}: {name} has the unit {unit!r}; it must be one of '
-                                     f'{list(units)}: give the Factor that makes it so')
+                if unit not in units:
+                    has = f'has the unit {unit!r}' if unit else 'has no Unit'
+                    raise FrameError(f'{node}: {name} {has}; it must be one of {list(units)}: '
+                                     f'give the Factor that makes it so, and the Unit')

@@ -18,6 +18,7 @@ from reprlib import repr as brief
 import yaml
 
 from ..physics.catalogue import find, names
+from ..physics.curve_ends import check_curves
 from ..physics.element_names import split_name
 from ..physics.harmonic_drive_models import harmonic_drive, HARMONIC_DRIVES
 from ..physics.mechanisms.fmu import Fmu
@@ -243,6 +244,7 @@ def _servo(tree: dict, folder: Path, code: bool) -> Servo:  # noqa: C901  (one s
                               if detail.get('unit') is not None})
     servo = replace(servo, provenance=_provenance(details),
                     tolerance=_tolerance(servo, _mapping(tree.get('tolerance'), 'tolerance')))
+    check_curves(servo)
     check_step(servo)
     taken = left_out(servo, values, typical) | ({} if 'step' in tree else {'step': servo.step})
     return replace(servo, left_out=taken)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from ..physics.curve_ends import check_curves
 from ..physics.servo import Servo, ServoError, Value
 from ..physics.step_limit import check_step
 from ..recording.joined_samples import reference_of
@@ -26,6 +27,7 @@ def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = Non
     tolerance = {path: (low, high) for path, (low, high) in new.tolerance.items()
                  if low <= new.number(path) <= high}
     new = replace(new, tolerance=tolerance)
+    check_curves(new)
     check_step(new)
     return new
 

@@ -19,7 +19,7 @@ class ErrorOverAngle(MeshError):
     candidate = False
 
     low = Parameter(0.0, 'rad', (-1e6, 1e6), 'Lowest angle of the curve.')
-    high = Parameter(0.0, 'rad', (-1e6, 1e6), 'Highest one; not above the lowest: a whole turn.')
+    high = Parameter(0.0, 'rad', (-1e6, 1e6), 'Highest one; the lowest again: a whole turn.')
     curve = Parameter((1e-5,), 'rad', (-0.1, 0.1), 'Coefficients of the spline.',
                       off=0.0)
 

@@ -19,7 +19,7 @@ class FrictionOverAngle(Friction):
     candidate = False
 
     low = Parameter(0.0, 'rad', (-1e6, 1e6), 'Lowest angle of the curve.')
-    high = Parameter(0.0, 'rad', (-1e6, 1e6), 'Highest one; not above the lowest: a whole turn.')
+    high = Parameter(0.0, 'rad', (-1e6, 1e6), 'Highest one; the lowest again: a whole turn.')
     curve = Parameter((0.5,), 'N m', (-1e6, 1e6), 'Coefficients of the spline.',
                       off=0.0)
 
