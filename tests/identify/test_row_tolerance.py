@@ -1,24 +1,20 @@
 """Each number of a row may be off within a tolerance of its own, as of a wave over an angle."""
 
+from direct_drive import direct_head, shaft, swung
 from numba import njit
 import numpy as np
-from one_encoder import head_of
 import pytest
-from synthetic_recordings import run_of
 
 from servo_identify.diagnose.answer.patch import patched
 from servo_identify.diagnose.diagnose import diagnose
-from servo_identify.fit.output_error import fit
+from servo_identify.fit.free_values import freedom_of, tolerated
 from servo_twin.description import servo_file
 from servo_twin.lockstep.live_changes import changed
 from servo_twin.physics.servo import ServoError
 
 CONSTANT, INERTIA, RUBS, COGS = 0.5, 4.0e-3, 0.06, 0.08
-PERIOD, FINE, COUNT, NOISE = 2e-3, 40, 2.0 * np.pi / 2**16, 0.02
-HEAD = head_of('table', CONSTANT, (INERTIA, 0.0), 1.0, NOISE)
-for word, is_ in (('MECHANISM', 'rigid'), ('SHAFT', 'motor_encoder'), ('COUNT', str(COUNT / 3.5))):
-    HEAD = HEAD.replace(word, is_)
-TEXT = HEAD + f"""
+NOISE = 0.02
+TEXT = direct_head('table', CONSTANT, INERTIA, NOISE) + f"""
 effects:
   rubs: {{effect: coulomb_friction, at: motor, level: {RUBS}}}
   teeth: {{effect: cogging, at: motor, order: 7, cosine: [{COGS}], sine: [0.0]}}
@@ -26,35 +22,13 @@ effects:
 SHARE = TEXT + 'tolerance: {effects.teeth.cosine: 20 %}\n'
 
 
-@njit
-def turned(goal, cogs):
-    """Integrate a direct drive that cogs seven times a turn: angle and current."""
-    h = PERIOD / FINE
-    angle = speed = last = 0.0
-    rows = np.zeros((len(goal), 2))
-    for k in range(len(goal)):
-        current = 9.0 * (goal[k] - angle) + 0.25 * ((goal[k] - last) / PERIOD - speed)
-        last = goal[k]
-        rows[k] = angle, current
-        for _ in range(FINE):
-            speed += h / INERTIA * (CONSTANT * current - RUBS * np.tanh(speed / 0.01)
-                                    + cogs * np.cos(7.0 * angle))
-            angle += h * speed
-    return rows
+def recorded(cogs):
+    """Return swings of a direct drive that cogs seven times a turn."""
+    @njit
+    def pushes(angle, speed):
+        return cogs * np.cos(7.0 * angle) - RUBS * np.tanh(speed / 0.01)
 
-
-def recorded(cogs, runs=3, seconds=14.0):
-    time, several = np.arange(0.0, seconds, PERIOD), []
-    for seed in range(1, runs + 1):
-        chance = np.random.default_rng(seed)
-        goal = sum(size * np.sin(2.0 * np.pi * f * time + chance.uniform(0.0, 6.0))
-                   for size, f in ((3.0, 0.09), (0.4, 0.43)))
-        goal -= goal[0]
-        angle, current = turned(goal, cogs).T
-        several.append(run_of(seed, PERIOD, {
-            'motor_position': np.floor(angle / COUNT + 0.5) * COUNT, 'voltage': current,
-            'current': current + NOISE * chance.standard_normal(len(time))}, 'moves'))
-    return several
+    return swung(shaft(pushes, CONSTANT, INERTIA), ((3.0, 0.09), (0.4, 0.43)), NOISE)
 
 
 def test_a_share_of_a_row_is_that_of_each_number_that_is_not_zero():
@@ -81,11 +55,13 @@ def test_a_row_that_leaves_its_tolerance_while_a_twin_runs_has_none_any_more():
     assert not changed(servo, {'effects.teeth.cosine': (0.2,)}).tolerance
 
 
-def test_a_fit_keeps_a_number_of_a_row_within_its_tolerance():
+def test_a_fit_keeps_each_number_of_a_row_within_its_own_tolerance():
     servo = servo_file.loads(SHARE)
-    found = fit(servo, recorded(0.15, 1, 6.0), list(servo.tolerance))
-    assert found.values['effects.teeth.cosine[0]'] == pytest.approx(0.096, rel=1e-3)
-    assert found.servo.values['effects.teeth.cosine'][0] == pytest.approx(0.096, rel=1e-3)
+    free = freedom_of(servo, ['effects.teeth.cosine', 'effects.teeth.sine'], None)
+    assert free.names == ('effects.teeth.cosine[0]', 'effects.teeth.sine[0]')
+    assert (free.low[0], free.high[0]) == pytest.approx((0.064, 0.096))
+    assert free.low[1] < -1.0 < 1.0 < free.high[1], 'the sine has no tolerance'
+    assert tolerated(servo, free)[0] > tolerated(servo, free)[1] == 0.0
 
 
 def test_what_a_row_is_off_within_its_tolerance_is_no_gap():

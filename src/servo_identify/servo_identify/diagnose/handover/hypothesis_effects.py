@@ -56,19 +56,14 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
         return _nameable([_of_file(found, whole)], whole, without)
     if curve is None or one.mechanism.port not in ('friction', 'clearance'):
         return [whole]
-    if one.mechanism.name == 'viscous_friction' and not whole.way:  # what bends may be a level
+    if one.mechanism.name == SPEED_FRICTION or (
+            one.mechanism.name == 'viscous_friction' and not whole.way):  # its bend may be a level
         return _by_speed(found, whole, without)
     if one.mechanism.port == 'clearance':
         level = common(curve)
         if one.mechanism.name == 'backlash' or curve.size(curve.y - level) > FORM * curve.size():
             return [whole]
         named = {'backlash': np.full(len(curve.x), level)}
-    elif one.mechanism.name == SPEED_FRICTION:
-        named = over_speed(curve, _own(found, one.mechanism.site))
-        parts = _worth_naming(found, whole, named)
-        if _follow_not(found, whole, parts):
-            parts = [_bent(found, whole)]
-        return _nameable(parts, whole, without)
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
         level, way = amplitudes[:2].mean(), float(np.sign(curve.mean()))
         if curve.size(way * curve.y - level) < FORM * curve.size():  # as much as both have more
