@@ -8,6 +8,7 @@ from setuptools import find_packages, setup
 NAME = 'servo_rig_driver'
 # What it cannot do without; ROS itself comes by package.xml, or as wheels (requirements/).
 REQUIRES = [
+    'backports.zstd; python_version < "3.14"',
     'canopen',
     'cantools',
     'numba',

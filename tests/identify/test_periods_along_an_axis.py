@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from servo_identify.diagnose.mechanisms.drive_limits import _between
 from servo_identify.diagnose.mechanisms.hypothesis import Mechanism
 from servo_identify.diagnose.mechanisms.orders import along_travel
 from servo_identify.diagnose.selection.stability import share_in_place
@@ -28,12 +27,6 @@ def test_no_period_is_told_that_the_encoder_does_not_tell():
     target = np.cos(500.0 * x) + 0.1 * np.cos(60.0 * x)
     found, _ = along_travel(x, target, np.ones(len(x)), 1.0, largest=300.0)
     assert found[0] == pytest.approx(60.0, abs=1.0)
-
-
-@given(asked=st.floats(-20.0, 20.0), shares=st.lists(st.floats(0.0, 1.0), min_size=4, max_size=4))
-def test_a_drive_that_gives_less_turns_no_command_round(asked, shares):
-    lost = float((_between(np.array([asked]), (1.0, 2.0, 4.0, 8.0)) @ shares)[0])
-    assert 0.0 <= -lost * np.sign(asked) <= abs(asked)
 
 
 SOFT = Mechanism('stiffness_error', 'mechanism', 'mesh', ('load',), 'odd')

@@ -241,9 +241,10 @@ def test_it_ends_and_says_so_when_its_folder_is_moved_or_removed(tmp_path, moved
 
 
 @pytest.mark.ros
-def test_it_keeps_what_is_on_disk_and_says_so_when_no_memory_is_left_at_its_end(tmp_path):
+@pytest.mark.parametrize('error', ['MemoryError', 'growing_bag.zstd.ZstdError'])
+def test_it_keeps_what_is_on_disk_and_says_so_when_no_memory_is_left_at_its_end(tmp_path, error):
     short = ('import sys\nfrom servo_rig_driver.record import growing_bag, recorder_node\n'
-             'def close(_):\n    raise MemoryError("no room for a chunk")\n'
+             f'def close(_):\n    raise {error}("no room for a chunk")\n'
              'growing_bag.RecordingFile.close = close\nsys.exit(recorder_node.main())')
     bag = tmp_path / 'bag'
     with subprocess.Popen(

@@ -160,7 +160,8 @@ def time_line(figures: dict) -> str:
         at = begin + (end - begin) * k / 6.0
         parts.append(f'<text x="{x(at):.0f}" y="{bottom + 12}" text-anchor="middle">'
                      f'{(at - begin) / 60.0:.1f} min</text>')
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {wide:.0f} {bottom + 20:.0f}" '
+    return (f'<svg xmlns="http://www.w3.org/2000/svg" '
+            f'viewBox="0 0 {wide + 16:.0f} {bottom + 20:.0f}" '
             f'font-family="sans-serif" font-size="9">{"".join(parts)}</svg>')
 
 

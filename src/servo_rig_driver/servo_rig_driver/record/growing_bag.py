@@ -6,6 +6,7 @@ from contextlib import suppress
 from os import fstat, SEEK_END
 from os.path import samestat
 from pathlib import Path
+import sys
 from time import monotonic
 from typing import BinaryIO
 
@@ -26,10 +27,15 @@ from rosbags.rosbag2 import (
     WriterError,
 )
 
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
 from .chunk_index import ChunkIndex
 from .message_definitions import commented, typestore
 
-NO_ROOM = (OSError, MemoryError)
+NO_ROOM = (OSError, MemoryError, zstd.ZstdError)
 """What writing raises where the disk or the memory is full."""
 
 _FOREVER = QosTime(9223372036, 854775807)

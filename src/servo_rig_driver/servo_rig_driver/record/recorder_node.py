@@ -136,7 +136,7 @@ class Recorder(Node):
             except NO_ROOM as error:
                 self._fail(error)
 
-    def _fail(self, error: OSError | MemoryError) -> None:
+    def _fail(self, error: Exception) -> None:
         self.failure = (f'recording to {self.file.path} stopped: {error}; what came in the last '
                         f'{self.file.pending:.1f} s is not in it')
         self.stop()

@@ -112,12 +112,14 @@ def confirmations(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]
 def _by_itself(which: Sequence[MissingEffect], servo: Servo) -> Iterator[str]:
     """Yield how to measure the values that may be off: those named, and what rivals them."""
     names = dict.fromkeys(name for one in which for name in (one.effect, *one.ambiguous_with))
-    told = {name: p['value'] for one in which for name, p in one.parameters.items()}
+    told = {(one.effect, name): p['value'] for one in which
+            for name, p in one.parameters.items()}
     declared = dict(servo.declarations())
     several = {name_of(path): path for path in BY_ITSELF if path in servo.numbers}
-    for path in (several[name] for name in names if name in several):
+    for name, path in ((name, several[name]) for name in names if name in several):
         value = path.rpartition('.')[2]
         unit = servo.reads(declared[path].unit, path)
-        found = f', this diagnosis {told[value]:.3g} {unit}'.rstrip() if value in told else ''
+        known = told.get((name, value))  # of that name alone: a spring has a stiffness as well
+        found = '' if known is None else f', this diagnosis {known:.3g} {unit}'.rstrip()
         yield (f'Measure the {value.replace("_", " ")} by itself: {BY_ITSELF[path]}. The servo '
                f'file has {servo.numbers[path]:.3g} {unit}'.rstrip() + found + '.')

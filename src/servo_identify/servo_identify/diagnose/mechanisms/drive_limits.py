@@ -65,8 +65,8 @@ def limits_of(builder: Builder, residual: np.ndarray, sought: bool) -> Iterator[
 def _saturation(builder: Builder) -> Hypothesis | None:
     """A command of which less comes, or nothing more, beyond a size."""
     knots = tuple(share * builder.scales.command for share in CEILINGS)
-    return over_command(builder, 'drive_saturation', lambda command: _between(command, knots),
-                        [1] * len(knots), knots, room=SHARES)
+    return over_command(builder, 'drive_saturation', lambda command: _beyond(command, knots),
+                        [1] * len(knots), knots)
 
 
 def _cut(builder: Builder, residual: np.ndarray) -> Hypothesis | None:
@@ -88,14 +88,14 @@ def _limited(builder: Builder) -> Hypothesis | None:
     knots = tuple(share * top for share in CEILINGS)
 
     def lost(current: np.ndarray) -> np.ndarray:
-        return _between(current, knots)
+        return _beyond(current, knots)
 
     mechanism = Mechanism('drive_saturation', 'drive', 'current', ('current',), 'odd')
     columns = of_current(builder, lambda one: lost(one.driven_current))
     return builder.hypothesis(mechanism, columns, [1] * len(knots), knots,
                               form=Form('current', 'A', 'A',
                                         lambda one: one.inner(one.driven_current), lost),
-                              room=SHARES, detail={'law': 'current_limit'})
+                              detail={'law': 'current_limit'})
 
 
 def _rate_limited(builder: Builder, residual: np.ndarray, command: Command
@@ -164,13 +164,6 @@ def _braking(builder: Builder, residual: np.ndarray, command: Command) -> Hypoth
     mechanism = Mechanism('braking_power_limit', 'drive', 'command', ('command', 'speed'), 'odd')
     return builder.hypothesis(mechanism, through(builder, lambda one: lost(one, limit)), [1],
                               (limit,), tried=SHAPES, room=SHARES)
-
-
-def _between(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
-    """Return what of each range between some sizes is lost, the last without end, (samples, n)."""
-    widths = np.append(np.diff(knots), np.inf)
-    return -np.sign(x)[:, None] * np.column_stack([
-        np.clip(np.abs(x) - knot, 0.0, width) for knot, width in zip(knots, widths, strict=True)])
 
 
 def _beyond(x: np.ndarray, knots: tuple[float, ...]) -> np.ndarray:
