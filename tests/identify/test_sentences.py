@@ -6,8 +6,16 @@ import pytest
 
 from servo_identify.diagnose.answer.report import Alternative, MissingEffect
 from servo_identify.diagnose.answer.sentences import sentence
+from servo_identify.diagnose.answer.telling import confirmations
+from servo_twin.description import servo_file
 
 GAP = {'shrink': 0.9, 'solved': 0.9}
+TWO_INERTIAS = """
+servo: gripper
+drive: {type: current, gain: 1.0, torque_constant: 0.05}
+mechanism: {type: two_inertia, rotor_inertia: 1.0e-5, load_inertia: 0.6, ratio: 100,
+            stiffness: 1.74e+5, damping: 40.0}
+"""
 PATTERN = {'depends_on': ['angle'], 'parity': 'even', 'size': '0.22 N m'}
 
 
@@ -52,3 +60,18 @@ def test_what_else_it_may_be_is_told_after_what_a_value_is_compared_with():
     told = sentence('partly_explained', [weight, gain], 'load', {'solved': 0.3, 'shrink': 0.3}, {})
     assert ('gravity at the load shaft (2 N m), or perhaps drive saturation, and the rig has '
             'another value of gain (2 N m) than the servo file') in told
+
+
+def test_a_value_is_compared_with_what_was_found_of_it_and_with_no_namesake():
+    servo = servo_file.loads(TWO_INERTIAS)
+    spring = replace(missing('spring_load', 'load'), parameters={
+        'stiffness': {'value': 338.0, 'std': 7.0, 'unit': 'N m/rad'},
+        'rest': {'value': 0.1, 'std': 0.01, 'unit': 'rad'}}, ambiguous_with=())
+    lost = replace(missing('backlash', 'mesh'), parameters={
+        'width': {'value': 1e-4, 'std': 1e-5, 'unit': 'rad'}}, ambiguous_with=('stiffness_error',))
+    said = [one for one in confirmations([spring, lost], servo) if 'by itself' in one]
+    assert len(said) == 1 and '1.74e+05' in said[0] and '338' not in said[0]
+    soft = replace(missing('stiffness_error', 'mesh'), parameters={
+        'stiffness': {'value': 9e4, 'std': 1e3, 'unit': 'N m/rad'}}, ambiguous_with=())
+    said = [one for one in confirmations([spring, soft], servo) if 'by itself' in one]
+    assert len(said) == 1 and 'this diagnosis 9e+04 N m/rad' in said[0]
