@@ -131,7 +131,10 @@ def test_a_large_whole_number_alone_is_no_negative_one(tmp_path):
     assert convert(path) == 0
 
 
-@pytest.mark.parametrize('unit', ['%', '0.1 %', '\u2030', 'per thousand of rated torque'])
-def test_a_share_of_the_rated_torque_is_asked_for_as_its_part(unit):
-    with pytest.raises(ValueError, match='0.00127 N m for a per mille of 1.27 N m'):
+@pytest.mark.parametrize(('unit', 'part'), [
+    ('%', '0.0127 N m for a percent'), ('0.1 %', '0.00127 N m for a per mille'),
+    ('\u2030', '0.00127 N m for a per mille'),
+    ('per thousand of rated torque', '0.00127 N m for a per mille')])
+def test_a_share_of_the_rated_torque_is_asked_for_as_its_part(unit, part):
+    with pytest.raises(ValueError, match=f'{part} of 1.27 N m'):
         factor_of('a.csv: torque', 'torque', unit, None)
