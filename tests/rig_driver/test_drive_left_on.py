@@ -32,6 +32,7 @@ def test_a_driver_that_is_configured_takes_the_torque_of_a_killed_one_away(name,
     with left_on(name, tmp_path) as (made, second):
         second.link.open()
         wait_for(lambda: not made.pushes, 'the motor has no torque')
+        made.tap.catch_up()
         assert made.tap.said == ['off']
         if name not in ('canopen', 'cubemars'):  # these tell no state before they are started
             assert any(SAID in one.text and 'its own watchdog is not set' in one.text
