@@ -179,9 +179,7 @@ def _with_others(alone: Tried | None, joint: Estimate | None, tolerated: Sequenc
     if alone is None or joint is None:
         return None
     base = _moved(alone.base, tolerated, alone.added, joint.servo)
-    several = [trial.of(base, added, joint) for added in (
-        _at_values(alone.added, joint.servo), _as_fitted(alone.added, joint))]
-    return min((one for one in several if one), key=lambda one: one.total, default=None)
+    return trial.of(base, _at_values(alone.added, joint.servo), joint)
 
 
 def _standing(alone: Tried | None, moved: Tried | None, file: GivenFile, trial: Trial
@@ -212,12 +210,6 @@ def _moved(servo: Servo, paths: Sequence[str], added: Sequence[Added], to: Servo
     own = {path for one in added for path in one.values}
     return servo.with_values({name: to.number(name) for name in paths for path in [
         split_name(name)[0]] if path in to.values and path not in own})
-
-
-def _as_fitted(added: Sequence[Added], fit: Estimate) -> tuple[Added, ...]:
-    """Return effects at all the values that a fit moved, also those the equations know better."""
-    moved = {split_name(name)[0] for name in fit.values}
-    return _at_values([replace(one, held=one.held - moved) for one in added], fit.servo)
 
 
 def _at_values(added: Sequence[Added], servo: Servo) -> tuple[Added, ...]:
