@@ -5,9 +5,7 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from servo_identify.diagnose.mechanisms.hypothesis import Mechanism
 from servo_identify.diagnose.mechanisms.orders import along_travel
-from servo_identify.diagnose.selection.stability import share_in_place
 
 
 @settings(max_examples=25, deadline=None)
@@ -27,17 +25,3 @@ def test_no_period_is_told_that_the_encoder_does_not_tell():
     target = np.cos(500.0 * x) + 0.1 * np.cos(60.0 * x)
     found, _ = along_travel(x, target, np.ones(len(x)), 1.0, largest=300.0)
     assert found[0] == pytest.approx(60.0, abs=1.0)
-
-
-SOFT = Mechanism('stiffness_error', 'mechanism', 'mesh', ('load',), 'odd')
-LOST = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd')
-WAVE = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
-HELD = Mechanism('spring_load', 'torque', 'load', ('angle',), 'even')
-
-
-def test_halves_that_name_another_law_of_the_same_place_do_not_doubt_that_something_is_there():
-    halves = [{one.key: one for one in each} for each in (
-        (SOFT, HELD), (LOST, HELD), (SOFT,), (HELD,))]
-    assert share_in_place(halves, [LOST], [HELD]) == 0.75
-    assert share_in_place(halves, [WAVE], [HELD]) == 0.0, 'it depends on another variable'
-    assert share_in_place(halves, [LOST], [SOFT]) == 0.25, 'what is told beside stands for itself'

@@ -20,7 +20,7 @@ from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.confidence import preferred, Rival, surer
 from servo_identify.diagnose.selection.explain import explained
 from servo_identify.diagnose.selection.regression import Products
-from servo_identify.diagnose.selection.stability import instead, share_of
+from servo_identify.diagnose.selection.stability import instead, share_in_place, share_of
 from servo_identify.diagnose.splitting import Split
 from servo_twin.description import servo_file
 from servo_twin.physics.catalogue import find
@@ -311,3 +311,15 @@ def test_friction_that_rises_from_rest_before_it_falls_is_stribeck_friction():
                       curve=tuple(20.0 * (np.tanh(8.0 * share) - np.tanh(0.5 * share))))
     assert named_by_equations([recorded(rig, seed) for seed in (1, 2)]) == {
         ('stribeck_friction', 'load')}
+
+
+def test_halves_that_name_another_law_of_the_same_place_do_not_doubt_that_something_is_there():
+    soft = Mechanism('stiffness_error', 'mechanism', 'mesh', ('load',), 'odd')
+    lost = Mechanism('backlash', 'clearance', 'mesh', ('load',), 'odd')
+    wave = Mechanism('transmission_error', 'mesh_error', 'mesh', ('angle',), 'even')
+    held = Mechanism('spring_load', 'torque', 'load', ('angle',), 'even')
+    halves = [{one.key: one for one in each} for each in (
+        (soft, held), (lost, held), (soft,), (held,))]
+    assert share_in_place(halves, [lost], [held]) == 0.75
+    assert share_in_place(halves, [wave], [held]) == 0.0, 'it depends on another variable'
+    assert share_in_place(halves, [lost], [soft]) == 0.25, 'what is told beside stands for itself'

@@ -4,22 +4,19 @@ from collections.abc import Callable
 
 from numba import njit
 import numpy as np
-from one_encoder import head_of
+from one_encoder import counted, filled, head_of
 from synthetic_recordings import run_of
 
 from servo_twin.recording.recording import Recording
 
-PERIOD, COUNT = 2e-3, 2.0 * np.pi / 2**16  # s, rad
+PERIOD, COUNTS = 2e-3, {'motor_position': 2.0 * np.pi / 2**16}  # s, rad
 FINE = 40  # steps of the integration in a period
 
 
 def direct_head(name: str, constant: float, inertia: float, noise: float) -> str:
     """Return the head of its servo file; ``noise`` (A) is that of the current."""
     head = head_of(name, constant, (inertia, 0.0), 1.0, noise)
-    for word, told in (('MECHANISM', 'rigid'), ('SHAFT', 'motor_encoder'),
-                       ('COUNT', str(COUNT / np.sqrt(12.0)))):
-        head = head.replace(word, told)
-    return head
+    return filled(head, 'motor_position', COUNTS, 'rigid')
 
 
 def shaft(pushes: Callable[[float, float], float], constant: float, inertia: float
@@ -61,6 +58,6 @@ def swung(turned: Callable[[np.ndarray], np.ndarray], swings: tuple[tuple[float,
                    for size, f in swings)
         angle, current = turned(goal - goal[0]).T
         several.append(run_of(seed, PERIOD, {
-            'motor_position': np.floor(angle / COUNT + 0.5) * COUNT, 'voltage': current,
+            'motor_position': counted('motor_position', COUNTS, (angle,)), 'voltage': current,
             'current': current + noise * chance.standard_normal(len(time))}, 'moves'))
     return several

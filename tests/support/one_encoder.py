@@ -27,8 +27,13 @@ sensors:
 
 
 def servo_of(text: str, shaft: str, counts: Mapping[str, float], mechanism: str) -> Servo:
+    """Return the servo of a file with words in it that :func:`filled` fills in."""
+    return servo_file.loads(filled(text, shaft, counts, mechanism))
+
+
+def filled(text: str, shaft: str, counts: Mapping[str, float], mechanism: str) -> str:
     """
-    Return the servo of a file with the words MECHANISM, SHAFT and COUNT in it.
+    Return the text of a servo file with the words MECHANISM, SHAFT and COUNT filled in.
 
     ``shaft`` is the column of the encoder, ``counts`` (rad) that of each column.
     """
@@ -36,7 +41,7 @@ def servo_of(text: str, shaft: str, counts: Mapping[str, float], mechanism: str)
             'COUNT': str(counts[shaft] / np.sqrt(12.0))}
     for name, value in told.items():
         text = text.replace(name, value)
-    return servo_file.loads(text)
+    return text
 
 
 def counted(shaft: str, counts: Mapping[str, float], angles: Iterable[np.ndarray]) -> np.ndarray:

@@ -22,8 +22,8 @@ UNIT = {'t': 's'} | COLUMNS
 COMMANDS = ('voltage', 'added_command')
 """Columns in the unit of the command, which is A where the drive takes a current."""
 CURRENTS = ('current', 'current_reference')
-_OF_THOUSAND = re.compile(r'(?i)0\.1|\u2030|per ?mille|per thousand|1/1000')
-_OF_RATED = r'(?i)(0\.1 ?)?(%|percent).*|(\u2030|per ?mille|per thousand|1/1000).*'
+_OF_RATED = {'percent': re.compile(r'(?i)(%|percent).*'), 'per mille': re.compile(
+    r'(?i)(0\.1 ?(%|percent)|\u2030|per ?mille|per thousand|1/1000).*')}
 """Units of a share of what a drive is rated for, as CiA 402 has torque and current."""
 EFFECTIVE = ('it is the effective value of a sine: write A where the torque constant is given for '
              'that (N m/Arms), else 1.41421 A')
@@ -114,9 +114,9 @@ def factor_of(where: str, name: str, unit: str, servo: Servo | None,
         hint = ('; the motor of this axis turns, since its ratio is in rad/m'
                 if servo is not None and servo.linear else
                 '; a linear axis says so in its servo file: travel: linear')
-    if name in (*CURRENTS, 'torque') and re.fullmatch(_OF_RATED, unit):
-        share = 'per mille' if _OF_THOUSAND.match(unit) else 'percent'
-        part = 0.00127 if share == 'per mille' else 0.0127
+    share = next((share for share, units in _OF_RATED.items() if units.fullmatch(unit)), '')
+    if share and name in (*CURRENTS, 'torque'):
+        part = 0.0127 if share == 'percent' else 0.00127
         hint += (f'; a share of the rated value is given as its part: {part} {wanted} for a '
                  f'{share} of 1.27 {wanted}')
     elif unit in ('%', 'percent'):

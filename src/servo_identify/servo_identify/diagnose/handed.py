@@ -102,8 +102,12 @@ def _instead(found: Explained, several: Sequence[Half], one: Finding, all_of: Se
     """
     if named_in(found, several, one) > EVEN:
         return ()
-    others = [name for other in all_of if other is not one for name in names_of(found, other)]
-    return tuple(instead(several, names_of(found, one), others))
+    return tuple(instead(several, names_of(found, one), _beside(found, one, all_of)))
+
+
+def _beside(found: Explained, one: Finding, all_of: Sequence[Finding]) -> list[Mechanism]:
+    """Return the names of the other findings."""
+    return [name for other in all_of if other is not one for name in names_of(found, other)]
 
 
 def selecting(parts: Split, accepting: bool) -> list[Recording]:
@@ -167,8 +171,7 @@ def _doubtful(found: Explained, several: Sequence[Half], acting: Sequence[Findin
     needs that in any case, and an equation that is certainly off.
     """
     def there(one: Finding) -> float:
-        others = [name for other in acting if other is not one for name in names_of(found, other)]
-        return share_in_place(several, names_of(found, one), others)
+        return share_in_place(several, names_of(found, one), _beside(found, one, acting))
 
     plant = [one for one in acting if one.part.mechanism.site != 'controller']
     first = next((one for one in plant if one.part.mechanism.name != UNKNOWN), None)

@@ -12,7 +12,8 @@ import numpy as np
 
 from servo_twin.bag import OpenRecording
 from servo_twin.description.whole_file import write_whole
-from servo_twin.physics.servo import Provenance, Servo, Value
+from servo_twin.physics.element_names import split_name
+from servo_twin.physics.servo import Provenance, Servo
 from servo_twin.recording.recording import COLUMNS, Recording
 
 
@@ -81,24 +82,15 @@ class Estimate:
 def servo_with(servo: Servo, names: tuple[str, ...], values: Mapping[str, float],
                std: Mapping[str, float], bags: tuple[str, ...], source: str) -> Servo:
     """Return the servo with fitted values; a row's standard error is its largest."""
-    changes: dict[str, Value] = {}
-    rows: dict[str, list[float]] = {}
     errors: dict[str, list[float]] = {}
     for name in names:
-        path, bracket, rest = name.partition('[')
-        if bracket:
-            before = servo.values[path]
-            row = rows.setdefault(path, list(before) if isinstance(before, tuple) else [before])
-            row[int(rest[:-1])] = values[name]
-            changes[path] = tuple(row)
-        else:
-            changes[path] = values[name]
-        errors.setdefault(path, []).append(std[name])
+        errors.setdefault(split_name(name)[0], []).append(std[name])
     provenance = dict(servo.provenance)
-    for path in changes:
-        worst = max((e for e in errors[path] if np.isfinite(e)), default=None)
+    for path, several in errors.items():
+        worst = max((e for e in several if np.isfinite(e)), default=None)
         provenance[path] = Provenance(source, worst, bags)
-    return replace(servo, values={**servo.values, **changes}, provenance=provenance)
+    return replace(servo.with_values({name: values[name] for name in names}),
+                   provenance=provenance)
 
 
 def bag_name(recording: Recording | OpenRecording) -> str:

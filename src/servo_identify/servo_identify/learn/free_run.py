@@ -134,15 +134,7 @@ def refined(servo: Servo, recordings: Sequence[Recording], free: Sequence[str],
                           bounds=(freedom.low / freedom.scale, freedom.high / freedom.scale),
                           max_nfev=evaluations, ftol=1e-4, xtol=1e-4)
     best = theta(found.x)
-    rows: dict[str, list[float]] = {}
-    values = {}
-    for name, index in zip(freedom.names, freedom.index, strict=True):
-        path = name.partition('[')[0]
-        if '[' in name:
-            rows.setdefault(path, list(servo.values[path]))[
-                int(name.partition('[')[2][:-1])] = float(best[index])
-            values[path] = tuple(rows[path])
-        else:
-            values[path] = float(best[index])
+    values = {name: float(best[index])
+              for name, index in zip(freedom.names, freedom.index, strict=True)}
     tuned = changed(servo, values, 'free runs over the training recordings, eq. 13')
     return tuned, float(np.mean([r.speed_fit for r in free_runs(tuned, recordings)]))

@@ -78,9 +78,8 @@ def _tolerance(servo: Servo, path: str) -> Any:
     row = servo.values[path]
     if not isinstance(row, tuple):
         return servo.tolerance.get(path)
-    several = {name: servo.tolerance.get(name) for name in (
-        f'{path}[{i}]' for i in range(len(row)))}
-    return list(several.values()) if any(several.values()) else None
+    several = [servo.tolerance.get(f'{path}[{i}]') for i in range(len(row))]
+    return several if any(several) else None
 
 
 def _spans(tolerance: Any) -> str:

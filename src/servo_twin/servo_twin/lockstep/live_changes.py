@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ..physics.curve_ends import check_curves
+from ..physics.element_names import split_name
 from ..physics.servo import Servo, ServoError, Value
 from ..physics.step_limit import check_step
 from ..recording.joined_samples import reference_of
@@ -19,7 +20,7 @@ def changed(servo: Servo, changes: Mapping[str, Value], source: str | None = Non
     A value that leaves its tolerance has none any more. Raises ServoError.
     """
     new = servo.with_values(changes, source)
-    for path in changes:
+    for path in {split_name(name)[0] for name in changes}:
         now, then = new.values[path], servo.values[path]
         if isinstance(then, tuple) and len(now) != len(then):
             raise ServoError(f'{servo.name}: {path} has {len(then)} numbers, not {len(now)}; '

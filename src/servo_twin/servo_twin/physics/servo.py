@@ -124,13 +124,9 @@ class Servo:
         values = {}
         for path, parameter in declared.items():
             values[path] = self._checked(path, parameter, self.values.get(path, parameter.default))
-        for kind, given in (('value', self.values), ('tolerance', self.tolerance)):
-            for path in (split_name(name)[0] if given is self.tolerance else name
-                         for name in given):
-                if path not in declared:
-                    near = [p for p in declared if p.rpartition('.')[0] == path.rpartition('.')[0]]
-                    raise ServoError(f'{self.name}: there is no parameter {path!r} ({kind}); '
-                                     f'there are {near or list(declared)}')
+        for path in self.values:
+            if path not in declared:
+                raise self._unknown(path)
         self._fill_rows(values)
         for placed in self.effects:
             why = self.mechanism.refuses(placed.effect, placed.site, values)
@@ -224,22 +220,31 @@ class Servo:
 
     def place(self, name: str) -> int:
         """Where a number stands in `theta`, by its path or as `path[i]`; raises ServoError."""
-        path, index = split_name(name)
-        slot = self._slots.get(path)
-        if slot is None:
-            raise ServoError(f'{self.name}: there is no parameter {path!r}; '
-                             f'there are {list(self.values)}')
-        if isinstance(self.values[path], tuple) != (index is not None) or (
-                slot.start + (index or 0) >= slot.stop):
-            size = slot.stop - slot.start
-            raise ServoError(f'{self.name}: {name}: {path} is ' + (
-                f'a row of {size}: {path}[0] to {path}[{size - 1}]'
-                if isinstance(self.values[path], tuple) else 'one number'))
-        return int(slot.start + (index or 0))
+        return int(self._slots[split_name(name)[0]].start) + self._index(name)
 
     def number(self, name: str) -> float:
         """One value by its path, or one of a row as `path[i]`; raises ServoError."""
-        return float(self.theta[self.place(name)])
+        index = self._index(name)
+        return _row(self.values[split_name(name)[0]])[index]
+
+    def _index(self, name: str) -> int:
+        """Place of a number in its row, 0 of what is one number; raises ServoError."""
+        path, index = split_name(name)
+        if path not in self.values:
+            raise self._unknown(path)
+        value, size = self.values[path], len(_row(self.values[path]))
+        if isinstance(value, tuple) != (index is not None) or (index or 0) >= size:
+            raise ServoError(f'{self.name}: {name}: {path} is ' + (
+                f'a row of {size}: {path}[0] to {path}[{size - 1}]' if isinstance(value, tuple)
+                else 'one number'))
+        return index or 0
+
+    def _unknown(self, path: str) -> ServoError:
+        """Return the error of a path that is none, with those near it."""
+        paths = [known for known, _ in self.declarations()]
+        near = [p for p in paths if p.rpartition('.')[0] == path.rpartition('.')[0]]
+        return ServoError(f'{self.name}: there is no parameter {path!r}; '
+                          f'there are {near or paths}')
 
     @cached_property
     def _slots(self) -> dict[str, slice]:
@@ -265,13 +270,11 @@ class Servo:
         for name, value in changes.items():
             path, index = split_name(name)
             if path not in self.values:
-                raise ServoError(f'{self.name}: there is no parameter {path!r}; '
-                                 f'there are {list(self.values)}')
+                raise self._unknown(path)
             if index is None:
                 values[path] = value
             else:
-                self.place(name)
-                row = _row(values[path])
+                index, row = self._index(name), _row(values[path])
                 values[path] = (*row[:index], *_row(value), *row[index + 1:])
         provenance = dict(self.provenance)
         if source is not None:

@@ -20,7 +20,7 @@ import numpy as np
 from .drive_reach import Reach
 from .servo import Servo, ServoError
 from .servo_parts import DigitalDrive
-from .swinging import number, Swinging, swinging
+from .swinging import Swinging, swinging
 
 _ROUNDING = 1e-6  # by which the free turning of a machine seems to grow, as its roots are found
 
@@ -37,7 +37,7 @@ def check_step(servo: Servo) -> None:
     ball screw, controllers, and an FMU, which has a step of its own.
     """
     if issubclass(servo.drive, DigitalDrive):
-        cycle = number(servo, 'drive.current_cycle')
+        cycle = servo.number('drive.current_cycle')
         if servo.step > cycle * (1.0 + _ROUNDING):
             raise ServoError(f'step = {servo.step:g} s is longer than drive.current_cycle = '
                              f'{cycle:g} s, at which the current loops run; give at most '
@@ -64,7 +64,7 @@ def check_step(servo: Servo) -> None:
 
 def doubt_of_ratio(servo: Servo) -> str:
     """Ask behind a sentence whether a ratio below 1 is the other way round; '' of others."""
-    ratio = number(servo, 'mechanism.ratio')
+    ratio = servo.number('mechanism.ratio')
     if servo.linear or ratio >= 1.0:
         return ''
     return (f'; mechanism.ratio = {ratio:g} is turns of the motor for one of the load: is it '
@@ -74,7 +74,7 @@ def doubt_of_ratio(servo: Servo) -> str:
 def step_within(servo: Servo, usual: float) -> float:
     """Return the usual step, s, or the longest of one digit that a servo bears with a margin."""
     if issubclass(servo.drive, DigitalDrive):
-        usual = min(usual, number(servo, 'drive.current_cycle'))
+        usual = min(usual, servo.number('drive.current_cycle'))
     longest = longest_step(servo)
     return usual if usual <= longest else _round_below(longest / 2.0)
 

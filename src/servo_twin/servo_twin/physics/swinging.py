@@ -49,7 +49,7 @@ def swinging(servo: Servo, pushed: bool = True) -> Swinging | None:
               if path.startswith('mechanism.')}
     if servo.mechanism.springs(values, 0.0, 0.0) is None:
         return None
-    reach, ratio = Reach(servo, pushed), number(servo, 'mechanism.ratio')
+    reach, ratio = Reach(servo, pushed), servo.number('mechanism.ratio')
     most = reach.current if reach.limited else 0.0  # A
     parts = servo.mechanism.springs(values, *_of_mesh(servo, reach))
     assert parts is not None
@@ -88,7 +88,7 @@ def _of_mesh(servo: Servo, reach: Reach) -> tuple[float, float]:
     meshes = _meshes(servo, 'mesh')
     torsion = 0.0
     if meshes and reach.limited:
-        torque = number(servo, 'mechanism.ratio') * reach.push(0.0)
+        torque = servo.number('mechanism.ratio') * reach.push(0.0)
         torsion = largest_torsion(servo, meshes, torque)
     both = [of_mesh(servo, placed, torsion) for placed in meshes]
     return sum(one for one, _ in both), sum(one for _, one in both)
@@ -98,7 +98,7 @@ def _waving(servo: Servo, reach: Reach, springs: np.ndarray, dampers: np.ndarray
     """Put errors of the teeth into springs and dampers of two shafts: both see a wavy lever."""
     if len(springs) != 2:
         return
-    ratio = number(servo, 'mechanism.ratio')
+    ratio = servo.number('mechanism.ratio')
     for by_load, by_motor, bend in (of_error(servo, one) for one in _meshes(servo, 'mesh_error')):
         for part in (springs, dampers):
             part[0, :] *= 1.0 + by_motor * ratio
@@ -130,13 +130,6 @@ def _coil(servo: Servo, dampers: np.ndarray, most: float
         return None
     alone, inductance, back_emf = (float(one) for one in own if one is not None)
     return resistance if by_command else alone, inductance, back_emf + by_command, constant
-
-
-def number(servo: Servo, path: str) -> float:
-    """Return a value of a servo that is no row."""
-    value = servo.values[path]
-    assert not isinstance(value, tuple)
-    return value
 
 
 def _hung(inertias: np.ndarray, springs: np.ndarray, dampers: np.ndarray, turns: float,

@@ -13,7 +13,7 @@ from ..decisions import FORM, OPEN, WORTH
 from ..mechanisms.hypothesis import UNKNOWN
 from ..mechanisms.patterns import SPEED_FRICTION
 from ..selection.explain import Explained
-from .curves import curve_of, Part
+from .curves import Curve, curve_of, Part
 from .friction_shares import (
     common,
     nearest_over_speed,
@@ -60,8 +60,8 @@ def parts_of(found: Explained, number: int, draws: np.ndarray,
             one.mechanism.name == 'viscous_friction' and not whole.way):  # its bend may be a level
         return _by_speed(found, whole, without)
     if one.mechanism.port == 'clearance':
-        level = common(curve)
-        if one.mechanism.name == 'backlash' or curve.size(curve.y - level) > FORM * curve.size():
+        level = _level(curve)
+        if one.mechanism.name == 'backlash' or not level:
             return [whole]
         named = {'backlash': np.full(len(curve.x), level)}
     elif one.mechanism.name == 'asymmetric_friction' and one.columns.size == 3 and not whole.way:
@@ -93,14 +93,19 @@ def _jumps(found: Explained, whole: Part) -> bool:
     one, curve = found.hypotheses[whole.number], whole.curve
     return (curve is not None and one.detail.get('equation') == 'transmission'
             and one.mechanism.variables == ('load',) and one.mechanism.symmetry == 'odd'
-            and found.samples.servo.mechanism.compliant and common(curve) > 0.0
-            and curve.size(curve.y - common(curve)) <= FORM * curve.size())
+            and found.samples.servo.mechanism.compliant and _level(curve) > 0.0)
+
+
+def _level(curve: Curve) -> float:
+    """Return what a curve is all along; 0.0 of one that varies by more than a form may be off."""
+    level = common(curve)
+    return level if curve.size(curve.y - level) <= FORM * curve.size() else 0.0
 
 
 def _as_clearance(whole: Part) -> Part:
     """Return an angle lost to either side as the clearance whose half it is."""
     assert whole.curve is not None
-    width = whole.curve.share(np.full(len(whole.curve.x), 2.0 * common(whole.curve)))
+    width = whole.curve.share(np.full(len(whole.curve.x), 2.0 * _level(whole.curve)))
     return replace(whole, curve=width, mechanism=replace(
         whole.mechanism, name='backlash', port='clearance'))
 

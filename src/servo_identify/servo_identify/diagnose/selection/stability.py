@@ -8,7 +8,7 @@ What comes and goes with the split is no finding (stability selection: Meinshaus
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -59,7 +59,7 @@ def halves(found: Explained) -> list[Half]:
 def share_of(answers: Sequence[Half], *names: Mechanism) -> float:
     """Return the share of the halves in which one of some mechanisms came out; 1 without any."""
     keys = {name.key for name in names}
-    return sum(bool(keys & answer.keys()) for answer in answers) / len(answers) if answers else 1.0
+    return _share(bool(keys & answer.keys()) for answer in answers)
 
 
 def share_in_place(answers: Sequence[Half], names: Sequence[Mechanism],
@@ -71,10 +71,15 @@ def share_in_place(answers: Sequence[Half], names: Sequence[Mechanism],
     on the same; ``others`` are told beside it and stand for themselves.
     """
     keys, told, own = {name.key for name in names}, {name.key for name in others}, names[0]
-    there = [any(key in keys or key not in told and one.site == own.site
-                 and set(one.variables) & set(own.variables) for key, one in answer.items())
-             for answer in answers]
-    return sum(there) / len(answers) if answers else 1.0
+    return _share(any(key in keys or key not in told and one.site == own.site
+                      and set(one.variables) & set(own.variables) for key, one in answer.items())
+                  for answer in answers)
+
+
+def _share(answers: Iterable[bool]) -> float:
+    """Return the share of the answers that are yes; 1.0 without any."""
+    several = list(answers)
+    return sum(several) / len(several) if several else 1.0
 
 
 def instead(answers: Sequence[Half], names: Sequence[Mechanism], others: Collection[Mechanism]

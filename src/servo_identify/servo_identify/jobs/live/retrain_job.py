@@ -62,9 +62,10 @@ def wanted(servo: Servo, learn: Sequence[str]) -> tuple[list[str], list[str]]:
             effects = [placed.name for placed in servo.effects]
             raise ValueError(f'{name!r} is not to be learned: it is none of {list(LEARNED)}, no '
                              f'effect of {effects}, and no parameter of {servo.name}')
-    rows = set(free)
-    return learned, [name for name in dict.fromkeys(free)
-                     if not rows & {split_name(name)[0]} - {name}]
+    whole = set(free)  # a row that is named takes in each of its numbers
+    return learned, [name for path, name in ((split_name(name)[0], name)
+                                             for name in dict.fromkeys(free))
+                     if path == name or path not in whole]
 
 
 def main(arguments: list[str]) -> int:
