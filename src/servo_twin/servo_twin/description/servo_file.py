@@ -319,11 +319,11 @@ def _tolerance(servo: Servo, given: dict) -> dict[str, tuple[float, float]]:
         row, share = servo.values[path], isinstance(much, str) and much.strip().endswith('%')
         several = [name]
         if isinstance(row, tuple) and index is None:
-            several = [f'{path}[{i}]' for i, value in enumerate(row) if value]
-            if not share and len(several):
+            if not share:
                 raise ServoError(f'tolerance of {path} = {much!r}: it is a row of {len(row)} '
                                  'values, which have a range each; give a share like 10 %, or '
-                                 f'{several[0]}: [low, high]')
+                                 f'{path}[0]: [low, high]')
+            several = [f'{path}[{i}]' for i, value in enumerate(row) if value]
         for one in several:
             if one in bounds:
                 raise ServoError(f'tolerance of {one} is given twice: of the row and of its own')
