@@ -24,6 +24,7 @@ from .between_rows import BetweenRows
 from .column_units import named_columns
 from .csv_layout import TEXTS
 from .csv_table import numbers_in_parts
+from .current_command import with_command
 from .even_grid import Between, fits, follows, grid_of, own_period
 from .joining import HELD
 from .listing import beside
@@ -80,14 +81,15 @@ def import_in_parts(path: Path, servo: Path, bag: Path, block_size: int, *,
                 if (may_hold_runs(table.columns) or pairs_of(table.columns)
                         or in_turn(table.columns)):  # of the whole it is said
                     raise NotPlain
-                again = list[str]()
-                yield plan.apply(table, machine, again) if plan else named_columns(
+                again, minded = list[str](), list(table.warnings)
+                columns = plan.apply(table, machine, again) if plan else named_columns(
                     table, machine, again)
+                yield with_command(columns, machine, minded)
                 again += told_begin(table, plan)
                 if not told:
                     told.extend(again)
                 if not warnings:
-                    warnings.extend(table.warnings)
+                    warnings.extend(minded)
 
         times = OnDisk(file, 'd')
         between_rows = BetweenRows()

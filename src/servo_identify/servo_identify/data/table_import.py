@@ -15,6 +15,7 @@ from servo_twin.recording.recording import Recording
 
 from .begins import begin_of
 from .column_units import named_columns, time_of
+from .current_command import with_command
 from .even_grid import even
 from .import_memory import check_memory
 from .joining import HELD
@@ -136,6 +137,7 @@ def _recording_of(table: Table, machine: Servo | None, servo_text: str, facts: M
     path, warnings, told = table.path, list(table.warnings), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))
+    columns = with_command(columns, machine, warnings)
     told += told_begin(table, plan)
     seen = Seen()
     seen.add(columns)

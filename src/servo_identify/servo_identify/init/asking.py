@@ -229,21 +229,6 @@ def _each_with_values(machine: Machine, section: str, choices: Mapping[str, obje
     return '\n    or '.join(told)
 
 
-def with_command(machine: Machine, columns: Mapping[str, Proposal]) -> dict[str, Proposal]:
-    """
-    Return the columns with the set-point of the current as the command, where it is that.
-
-    A drive of 1 A for one unit of command was told a current: its command is the set-point.
-    """
-    told = columns.get('current_reference')
-    drive = machine.declared().get('drive.gain')
-    if 'voltage' in columns or told is None or drive is None or drive[1] != 'A/V' or (
-            machine.values().get('drive.gain') != 1.0):
-        return dict(columns)
-    given = {**columns, 'voltage': Proposal('voltage', told.source, told.unit)}
-    return {name: given[name] for name in NAMES if name in given}
-
-
 def _judge_answer(column: str, unit: str) -> None:
     if not unit:
         raise ValueError(f'a unit is needed, such as {UNIT[column]}')

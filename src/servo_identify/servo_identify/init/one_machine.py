@@ -15,7 +15,7 @@ from servo_twin.recording.recording import Recording
 from ..data.finding import Finding
 from ..data.reading import read_recordings
 from ..data.recording_check import check
-from .asking import choose_columns, complete, not_asked_for, with_command
+from .asking import choose_columns, complete, not_asked_for
 from .files import mapping_text, servo_text
 from .given_columns import given_columns
 from .hints import phases
@@ -132,7 +132,7 @@ def draft_of(wanted: Wanted, of: Offered, ask: Ask | None) -> Draft:
 def made_of(draft: Draft) -> Made:
     """Return both files of a machine with nothing missing, checked against its recording."""
     of, machine, wanted = draft.of, draft.machine, draft.wanted
-    columns = with_signs(as_currents(with_command(machine, draft.columns), machine), of)
+    columns = with_signs(as_currents(draft.columns, machine), of)
     columns = with_counter(columns, of)
     mapped = wanted.mapping is not None or needs_mapping(of, columns)
     text = servo_text(machine, {}, wanted.tolerance)

@@ -55,7 +55,7 @@ def handed_over(file: GivenFile, several: Sequence[Added], fitting: Sequence[Rec
         alone = _best(servo, added, joint, trial)
         if alone is not None:
             alone, joint = _lawful(starts, alone, joint, tolerated, trial)
-        moved = _with_others(alone, joint, tolerated, trial)
+        moved = _with_others(alone, joint, file)
         files = _standing(alone, moved, file, trial)
         if not files:
             added = ()
@@ -169,17 +169,21 @@ def _lawful(starts: Sequence[Servo], best: Tried, joint: Estimate | None,
     return best, joint
 
 
-def _with_others(alone: Tried | None, joint: Estimate | None, tolerated: Sequence[str],
-                 trial: Trial) -> Tried | None:
+def _with_others(alone: Tried | None, joint: Estimate | None, file: GivenFile) -> Tried | None:
     """
     Return the effects in the file with its other values moved as well, as the fit has both.
 
-    Beside values that are off it may take these to do any good.
+    Beside values that are off it may take these to do any good. What the equations know better is
+    held, and where that does no good, all is as the fit has it.
     """
     if alone is None or joint is None:
         return None
-    base = _moved(alone.base, tolerated, alone.added, joint.servo)
-    return trial.of(base, _at_values(alone.added, joint.servo), joint)
+    base = _moved(alone.base, file.tolerated, alone.added, joint.servo)
+    held = file.trial.of(base, _at_values(alone.added, joint.servo), joint)
+    if held is not None and _helps(file.beside, held):
+        return held
+    free = tuple(replace(one, held=frozenset()) for one in alone.added)
+    return file.trial.of(base, _at_values(free, joint.servo), joint)
 
 
 def _standing(alone: Tried | None, moved: Tried | None, file: GivenFile, trial: Trial
@@ -196,7 +200,7 @@ def _standing(alone: Tried | None, moved: Tried | None, file: GivenFile, trial: 
     if moved is None or moved.total >= alone.total:
         return [_Standing(alone, helps)]
     bare = trial.of(moved.base)
-    beside = _Standing(moved, moved.total < file.beside.total or alike(file.beside, moved) or (
+    beside = _Standing(moved, _helps(file.beside, moved) or (
         bare is not None and alike(bare, moved)))
     return [_Standing(alone, helps), beside] if everywhere(file.given, alone) else [beside]
 
