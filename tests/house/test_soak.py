@@ -61,10 +61,10 @@ def test_a_change_that_the_detector_names_in_calm_is_a_miss_and_one_of_a_fault_i
             {'at': 200.0, 'cured': 201.0, 'well': None}]
     for at, calm, kept in ((105.0, 88, True), (150.0, 88, False), (205.0, 88, True),
                            (300.0, 88, True)):
-        said, is_kept = _changes({'rows': rows, 'events': [[at, 'change', '']]})
+        said, is_kept = _changes({'rows': rows, 'events': [[at, 'change', '']], 'quiet': []})
         assert f'in {calm} s' in said and is_kept is kept
     rows[1]['at'] = 115.0
-    assert _changes({'rows': rows, 'events': []})[1] is None
+    assert _changes({'rows': rows, 'events': [], 'quiet': []})[1] is None
 
 
 def test_its_noise_is_not_taken_for_what_the_driver_told_the_drive(tmp_path):
@@ -145,3 +145,45 @@ def test_a_task_without_an_answer_or_whose_memory_stays_is_a_miss():
     assert kept(row, {'kind': 'diagnose'}) == [False, True]
     assert kept(row | {'after': 400.0}) == kept(row | {'left': 1}) == [True, False]
     assert '1 of 1, the slowest after 20 s; 1 retrainings, 0 diagnoses' in judged([row])[0][1]
+
+
+def test_a_change_that_was_made_in_a_quiet_stretch_is_no_false_one():
+    sys.path.insert(0, str(SOAK))
+    from report import _changes
+    rows = [{'at': 100.0, 'cured': 101.0, 'well': 102.0},
+            {'at': 900.0, 'cured': 901.0, 'well': 902.0}]
+    stretch = {'begin': 150.0, 'end': 700.0, 'over': 760.0}
+    for at, kept in ((710.0, True), (765.0, True), (400.0, False)):
+        said, is_kept = _changes({'rows': rows, 'events': [[at, 'change', '']],
+                                  'quiet': [stretch]})
+        assert f'in {38 + 540 + 130} s' in said and is_kept is kept
+
+
+def test_what_grows_in_a_quiet_stretch_is_a_miss_though_it_was_flat_between_faults():
+    sys.path.insert(0, str(SOAK))
+    from quiet import judged
+    from witness import Usage
+    usage = Usage()
+    for at in range(0, 1200, 2):  # a process that begins to leak after 900 s
+        usage.rows += [(float(at), 'twin', 7, 200.0 + max(0, at - 900) / 60.0, 9, 30),
+                       (float(at), 'driver', 8, 80.0, 9, 30 + (at == 1198))]
+    row = {'well': True, 'loaded': True, 'found': 12.0, 'place': 'load'}
+
+    def kept(begin, end, **changed):
+        slopes = usage.slopes(60.0, (begin, end))
+        return [one for *_, one in judged([row | {'slopes': slopes} | changed])]
+
+    assert judged([]) == []
+    assert kept(0.0, 800.0) == [True, True, True]
+    assert kept(900.0, 1190.0) == [True, False, True]  # 60 MiB an hour
+    assert kept(0.0, 800.0, found=None) == [True, True, False]
+    assert kept(0.0, 30.0)[1] is None  # nothing lived for as long as is asked
+    assert not kept(0.0, 800.0, well=False)[0]
+
+
+def test_a_file_that_stays_open_in_a_quiet_stretch_is_a_miss():
+    sys.path.insert(0, str(SOAK))
+    from quiet import judged
+    row = {'well': True, 'loaded': True, 'slopes': [('driver', 4.0, 0.1, 0, 1)]}
+    (_, well), (said, flat) = [(said, kept) for _, said, kept in judged([row])]
+    assert well and not flat and 'driver: +0 threads, +1 files' in said

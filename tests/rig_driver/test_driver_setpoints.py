@@ -183,9 +183,24 @@ def test_blocks_that_follow_each_other_may_wait_for_longer_than_the_gap():
     assert play.waiting == 2001
 
 
+class Endless(list):
+    """A block of a thousand million set-points that nobody has the time to look at."""
+
+    def __len__(self):
+        return 10**9
+
+    def __iter__(self):
+        raise AssertionError('it is looked at')
+
+
+def test_it_refuses_a_block_beyond_its_queue_without_looking_at_each_value():
+    with pytest.raises(Refused, match='holds 1000000000 set-points; at most 200000 may wait'):
+        player().add(0, Mode.VELOCITY, 1e-6, Endless(), [], 0)
+
+
 def test_it_refuses_more_than_fits_the_queue():
     play = SetpointPlayer(1.0, LIMITS, capacity=3)
-    with pytest.raises(Refused, match='4 set-points do not fit'):
+    with pytest.raises(Refused, match='the block holds 4 set-points; at most 3 may wait'):
         play.add(0, Mode.VOLTAGE, 1e-3, [0.0] * 4, [], now=0)
 
 

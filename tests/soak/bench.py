@@ -35,6 +35,11 @@ class Bench:
         return ['rig_hub', 'driver_hub', 'emulated_rig', 'proxy', 'recorder', 'twin',
                 *(['identify'] if self.identify else []), 'driver']
 
+    @property
+    def faults(self) -> Path:
+        """The socket by which the emulated rig is changed, see fault_port.py."""
+        return self.folder / 'faults'
+
     def start(self, name: str) -> None:
         """Start a process of the bench."""
         rig, driver = str(self.folder / 'rig.can'), str(self.folder / 'driver.can')
@@ -47,7 +52,8 @@ class Bench:
             case 'emulated_rig':
                 command = [*python, 'servo_rig_driver.emulated.rig_process', '--rig',
                            str(CONFIG / 'rigs' / 'rv_bench.yaml'), '--interface', 'unix_bus',
-                           '--channel', rig]
+                           '--channel', rig, '--faults', str(self.faults)]
+                self.faults.unlink(missing_ok=True)  # of one that was killed
             case 'proxy':
                 command = [sys.executable, str(HERE / 'wire_proxy.py'), rig, driver,
                            str(self.folder / 'bus.log'), str(self.folder / 'answers.log')]

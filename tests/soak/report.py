@@ -6,6 +6,7 @@ from collections import defaultdict
 from html import escape
 from statistics import quantiles
 
+import quiet
 import tasks
 
 UNWELL = 0.5  # s, beside the time by which it is seen
@@ -51,6 +52,7 @@ def text(figures: dict) -> tuple[str, bool]:
         ("ends with another status than the signal's", ', '.join(figures['ends']) or '0',
          not figures['ends']),
         ('changes named by the detector where there was none', *_changes(figures)),
+        *quiet.judged(figures['quiet']),
         *tasks.judged(figures['tasks']),
         ('processes killed at the end, or left', f'{len(figures["killed"])}, '
          f'{len(figures["left"])}', not figures['killed'] and not figures['left']),
@@ -117,7 +119,9 @@ def _most(values: list) -> str:
 def _changes(figures: dict) -> tuple[str, bool | None]:
     """Return what the detector named outside of faults, and whether that is as promised."""
     rows, events = figures['rows'], figures['events']
-    busy = [(row['at'], (row['well'] or row['cured']) + SEEN) for row in rows]
+    busy = sorted([(row['at'], (row['well'] or row['cured']) + SEEN) for row in rows]
+                  + [(row['begin'], row['begin'] + SEEN) for row in figures['quiet']]
+                  + [(row['end'], row['over'] + SEEN) for row in figures['quiet']])
     calm = sum(max(0.0, after[0] - max(end for _, end in busy[:k + 1]))
                for k, after in enumerate(busy[1:]))
     last = busy[-1][1] if busy else 0.0  # then the twin is restarted, and its values are changed

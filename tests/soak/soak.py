@@ -9,6 +9,7 @@ promise.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 import json
 import os
 from pathlib import Path
@@ -25,9 +26,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from bags import judged, replayed
 from faults import all_faults
+import quiet
 from report import page, text
 from rig import Rig
-from tasks import Tasks
+from tasks import PATIENCE, Tasks
 
 from servo_rig_driver.ros_start import udp_alone
 
@@ -39,10 +41,12 @@ class Soak:
     """
     One run: ``log`` holds what happened, a dictionary a fault.
 
-    Faults come to the first of ``rigs``; the others stand beside it on the same machine.
+    Faults come to the first of ``rigs``; the others stand beside it on the same machine. After
+    each ``each`` s of faults come ``lasts`` s without any, which are no part of the run's length.
     """
 
-    def __init__(self, folder: Path, seed: str, identify: bool, rigs: int) -> None:
+    def __init__(self, folder: Path, seed: str, identify: bool, rigs: int,
+                 each: float = quiet.EACH, lasts: float = quiet.LASTS) -> None:
         self.random, self.seed, self.folder = Random(seed), seed, folder
         self.rig = Rig(folder, identify, 'rig')
         self.others = [Rig(folder / f'rig{k}', False, f'rig{k}') for k in range(1, rigs)]
@@ -50,6 +54,8 @@ class Soak:
         self.log: list[dict] = []
         self.misses: list[str] = []
         self.tasks: Tasks | None = None
+        self.quiet: list[dict] = []
+        self._each, self._lasts = each, lasts
         self._looked = self._ill = 0.0
         self._well_beside = monotonic()
 
@@ -68,8 +74,11 @@ class Soak:
             faults = all_faults(self.bench, self.graph, self.random)
             names = only or sorted(faults)
             order: list[str] = []
-            until = monotonic() + seconds
+            until, rest = monotonic() + seconds, monotonic() + self._each
             while monotonic() < until and len(self.log) < most:
+                if monotonic() > rest:
+                    until += self._rested()
+                    rest = monotonic() + self._each
                 if len(order) < 2:
                     order += self.random.sample(names, len(names))
                 pair = [faults[order.pop(self._next(order))]]
@@ -87,6 +96,26 @@ class Soak:
             sleep(1.0)
             left = self.bench.left()
         return self._figures(begun, killed, left)
+
+    def _rested(self) -> float:
+        """Leave the bench alone for a while; return for how many s it had no fault."""
+        begun = monotonic()
+        if self.tasks is not None:
+            self.tasks.held = True
+            self._waited(PATIENCE, lambda: not self.tasks.busy)
+        self.quiet.append(quiet.stretch(
+            self.rig, self._lasts, min(quiet.SETTLES, 0.4 * self._lasts), self._waited))
+        if self.tasks is not None:
+            self.tasks.held = False
+        print(f'quiet: {quiet.judged(self.quiet[-1:])}', flush=True)
+        return monotonic() - begun
+
+    def _waited(self, seconds: float, until: Callable[[], bool]) -> bool:
+        """Look at everything for some seconds, or until a condition holds; return whether."""
+        end = monotonic() + seconds
+        while monotonic() < end and not until():
+            self._turn()
+        return until()
 
     def _next(self, order: list[str]) -> int:
         """Return the place of the next fault: none that ends the identify node at its work."""
@@ -131,9 +160,7 @@ class Soak:
         return False
 
     def _for(self, seconds: float) -> None:
-        until = monotonic() + seconds
-        while monotonic() < until:
-            self._turn()
+        self._waited(seconds, lambda: False)
 
     def _suffer(self, pair: list) -> None:
         """Make one or two faults, take their causes away, and see what came of it."""
@@ -238,7 +265,7 @@ class Soak:
                        for one in (self.rig, *self.others) for told in one.usage.slopes()],
             'killed': killed, 'left': left,
             'tasks': self.tasks.rows if self.tasks is not None else [],
-            'misses': self.misses, 'logs': sum(
+            'quiet': self.quiet, 'misses': self.misses, 'logs': sum(
                 path.stat().st_size for path in (self.folder / 'logs').glob('*.log')),
             'refused': self.graph.refused, 'taken': self.graph.taken,
             'usage': self.rig.usage.rows}
@@ -263,13 +290,17 @@ def main() -> int:
     parser.add_argument('--only', nargs='*', help='names of faults')
     parser.add_argument('--no-identify', action='store_true', help='without the identify node')
     parser.add_argument('--rigs', type=int, default=1, help='on the machine; the first suffers')
+    parser.add_argument('--quiet', type=length, nargs=2, metavar=('EACH', 'LASTS'),
+                        default=(quiet.EACH, quiet.LASTS),
+                        help='after how long a quiet stretch comes, and how long it lasts')
     parser.add_argument('-o', '--output', type=Path, help='folder of the report')
     parser.add_argument('--keep', action='store_true', help='keep logs and bags')
     arguments = parser.parse_args()
     os.environ.update(udp_alone(os.environ))  # the witnesses share no memory either
     folder = Path(tempfile.mkdtemp(prefix='servo_soak_'))
     try:
-        soak = Soak(folder, arguments.seed, not arguments.no_identify, arguments.rigs)
+        soak = Soak(folder, arguments.seed, not arguments.no_identify, arguments.rigs,
+                    *arguments.quiet)
         figures = soak.run(arguments.length, arguments.most, arguments.only)
     finally:
         subprocess.run(['umount', '-l', str(folder / 'small_disk')], capture_output=True,

@@ -36,7 +36,7 @@ class Tasks:
         self._due = time() + self.period / 2.0
         self._now: dict | None = None
         self._handle = None
-        self._over = False
+        self.held = self._over = False  # whether nothing is asked for now; for ever
         self._runs: tuple[int | None, float] = None, 0.0  # the node, and since when
         self._clients = {'retrain': ActionClient(rig.ears.node, Retrain, 'retrain'),
                          'diagnose': ActionClient(rig.ears.node, Diagnose, 'diagnose')}
@@ -55,7 +55,7 @@ class Tasks:
         if row is None:
             kept = int(self.rig.ears.facts['identify'].get('samples kept', 0))
             ready = pid is not None and now - self._runs[1] > HEARD and kept > KEPT
-            if ready and now >= self._due and not self._over:
+            if ready and now >= self._due and not self._over and not self.held:
                 self._ask(now, pid)
             return
         if pid != row['pid']:

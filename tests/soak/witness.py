@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from dataclasses import dataclass, field
 from functools import partial
+from math import inf
 import os
 from pathlib import Path
 from threading import Thread
@@ -208,11 +209,17 @@ class Usage:
             self.rows.append((time(), name, pid, int(values['VmRSS'].split()[0]) / 1024.0,
                               int(values['Threads']), files))
 
-    def slopes(self, settle: float = 60.0) -> list[tuple[str, float, float, int, int]]:
-        """Return (name, minutes, MiB an hour, threads gained, files gained) of long lives."""
+    def slopes(self, settle: float = 60.0, span: tuple[float, float] = (0.0, inf)
+               ) -> list[tuple[str, float, float, int, int]]:
+        """
+        Return (name, minutes, MiB an hour, threads gained, files gained) of long lives.
+
+        What a life was within ``span`` counts, from ``settle`` s on.
+        """
         lives: dict[tuple[str, int], list] = defaultdict(list)
         for row in self.rows:
-            lives[row[1], row[2]].append(row)
+            if span[0] <= row[0] <= span[1]:
+                lives[row[1], row[2]].append(row)
         found = []
         for (name, _), rows in lives.items():
             rows = [row for row in rows if row[0] - rows[0][0] > settle]

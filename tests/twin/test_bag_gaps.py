@@ -103,6 +103,19 @@ def test_it_leaves_a_driver_out_that_was_heard_on_one_topic_before_it_ended(tmp_
                for warning in again.warnings)
 
 
+@pytest.mark.parametrize('begun', [0, 3000])
+def test_it_reads_what_was_recorded_before_and_after_a_simulation_began_again(begun, tmp_path):
+    orders, stamps = lives((5000, range(140), SAMPLE_TOPICS), (begun, range(100), SAMPLE_TOPICS),
+                           (5010, range(50), SAMPLE_TOPICS))
+    write_by_rosbags(tmp_path / 'b', orders, stamp=stamps)
+    again = read_recording(tmp_path / 'b')
+    assert (len(again), again.start) == (140, 5.0)
+    assert any('stretches of [140, 100, 50] samples' in warning for warning in again.warnings)
+    assert read_recording(tmp_path / 'b', stretch=1).start == begun / 1000
+    last = read_recording(tmp_path / 'b', stretch=2)
+    assert last.start == 5.01 and np.array_equal(last['motor_position'], np.arange(50.0))
+
+
 def test_it_never_joins_samples_of_two_drivers_by_their_numbers(tmp_path):
     orders, stamps = lives((0, range(100), ('encoder', 'torque')), (2000, range(90), ('current',)),
                            (4000, range(30), SAMPLE_TOPICS))

@@ -125,6 +125,9 @@ class SetpointPlayer:
             return mode
         if not len(reference):
             raise Refused('the block holds no reference; it needs at least one')
+        if len(reference) > self.capacity:  # before each is looked at: the drive waits meanwhile
+            raise Refused(f'the block holds {len(reference)} set-points; at most {self.capacity} '
+                          'may wait')
         if len(external_torque) not in (0, len(reference)):
             raise Refused(f'external_torque has {len(external_torque)} values beside '
                           f'{len(reference)} references; give as many, or none')

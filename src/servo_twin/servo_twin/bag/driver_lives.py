@@ -4,45 +4,50 @@ from __future__ import annotations
 
 import numpy as np
 
-from .sample_grid import sparse, stretches, TimeError, Track
+from .sample_grid import clocks_apart, sparse, stretches, TimeError, Track
+
+APART, DRIFT = 0.1, 1e-3
+"""s by which topics of one driver may differ in an instant, and what is added for each s."""
 
 
 def lives(tracks: list[Track], warnings: list[str]) -> list[list[Track]]:
     """
-    Return the parts of all topics that one driver has sent, life by life in the order of time.
+    Return the parts of all topics that one driver has sent, life by life as they were recorded.
 
-    A driver that is started again begins its numbers again; parts whose stamps overlap are of one
-    life. A life that some topics lack is left out, and said in ``warnings``: a recorder may have
-    heard one topic of a driver before the others when the driver ended. Raises TimeError where
-    time runs backwards, where a topic begins again and another one goes on, and without any life.
+    A driver that is started again begins its numbers again, and may do so by a clock that was set
+    back. Parts are of one life where their stamps overlap and the same numbers have about the
+    same instants. A life that some topics lack is left out, and said in ``warnings``: a recorder
+    may have heard one topic of a driver before the others when the driver ended. Raises TimeError
+    where time runs backwards while the numbers go on, and without any life.
     """
-    parts = sorted((part for item in tracks for part in stretches(item)),
-                   key=lambda part: int(part.spans['stamp'].min()))
+    parts = [stretches(item) for item in tracks]
     found: list[list[Track]] = []
-    reached = 0
-    for part in parts:
-        if not found or part.spans['stamp'].min() > reached:
-            found.append([])
-        found[-1].append(part)
-        reached = max(reached, int(part.spans['late'].max()))
-    order = {item.topic: k for k, item in enumerate(tracks)}
-    whole = []
-    for life in found:
-        heard = [part.topic for part in life]
-        if len(set(heard)) < len(heard):
-            counts = {topic: heard.count(topic) for topic in order}
-            raise TimeError('sequence numbers start again a different number of times: '
-                            f'{counts}')
-        if len(life) == len(tracks):
-            whole.append(sorted(life, key=lambda part: order[part.topic]))
+    for part in sum(parts, []):
+        near = [life for life in found if part.topic != life[-1].topic
+                and _together(life[0], part)]
+        if near:
+            min(near, key=lambda life: clocks_apart(life[0], part)).append(part)
         else:
+            found.append([part])
+    whole = [life for life in found if len(life) == len(tracks)]
+    for life in found:
+        if len(life) < len(tracks):
+            heard = ', '.join(sorted(part.topic for part in life))
             warnings.append(f'{max(part.size for part in life)} samples of a driver that was '
-                            f'heard on {", ".join(sorted(heard))} alone are left out')
+                            f'heard on {heard} alone are left out')
     if not whole:
         raise TimeError('the topics have no time in common: ' + ', '.join(
             f'{part.topic} from {part.spans["stamp"].min() / 1e9:.3f} s to '
-            f'{part.spans["late"].max() / 1e9:.3f} s' for part in parts))
+            f'{part.spans["late"].max() / 1e9:.3f} s' for part in sum(parts, [])))
     return whole
+
+
+def _together(one: Track, other: Track) -> bool:
+    """Tell whether two parts overlap in time, and number their samples by one clock."""
+    begins, ends = (one.spans['stamp'].min(), other.spans['stamp'].min()), (
+        one.spans['late'].max(), other.spans['late'].max())
+    return max(begins) <= min(ends) and clocks_apart(one, other) <= (
+        APART + DRIFT * (max(ends) - min(begins)) / 1e9)
 
 
 def parted(life: list[Track]) -> list[list[Track]]:

@@ -80,9 +80,11 @@ def one_period(item: Track) -> Track:
 
 def stretches(item: Track) -> list[Track]:
     """
-    Split a topic where its sequence starts again while time goes on (a restarted driver).
+    Split a topic where its sequence starts again (a restarted driver).
 
-    Raises TimeError when time runs backwards, or the period changes in between, naming the place.
+    By its stamps that is later than what came before, or at another instant than its numbers say:
+    the clock was set back, as that of a simulation that begins again. Raises TimeError when time
+    runs backwards while the numbers go on, or the period changes in between, naming the place.
     """
     spans = item.spans
     ahead = spans['first'][1:] - spans['last'][:-1]
@@ -94,8 +96,22 @@ def stretches(item: Track) -> list[Track]:
             f'{item.topic}: time runs backwards from {one["late"] / 1e9:.9f} s at sequence '
             f'{one["last"]} to {other["stamp"] / 1e9:.9f} s at sequence {other["first"]}; '
             'a clock was set back, or two rigs publish on this topic')
-    edges = [0, *(np.flatnonzero((ahead < 0) & (later > 0)) + 1), len(spans)]
+    own = ahead * spans['period'][:-1] * 1e9
+    elsewhere = _elsewhere(own, later, spans['size'][:-1] * spans['period'][:-1] * 1e9)
+    edges = [0, *(np.flatnonzero((ahead < 0) & ((later > 0) | elsewhere)) + 1), len(spans)]
     return [one_period(Track(item.topic, spans[begin:end])) for begin, end in pairwise(edges)]
+
+
+def _elsewhere(own: np.ndarray, passed: np.ndarray, message: np.ndarray) -> np.ndarray:
+    """Tell where another time has passed than numbers of one driver make, ns; see SPAN."""
+    return np.abs(passed - own) > message + 1e-3 * np.abs(own)
+
+
+def clocks_apart(one: Track, other: Track) -> float:
+    """Return by how many s two topics differ in the instant of the same number."""
+    begin, at = one.spans[0], other.spans[0]
+    own = (at['first'] - begin['first']) * one.period
+    return abs((at['stamp'] - begin['stamp']) / 1e9 - own)
 
 
 def join(tracks: list[Track], warnings: list[str]) -> tuple[int, int, int]:
@@ -172,8 +188,8 @@ def _check_one_time(item: Track, spans: np.ndarray, reached: np.ndarray) -> None
     own = one['stamp'] + (other['first'] - one['first']) * (item.period * 1e9)
     message = one['size'] * (item.period * 1e9)
     apart = other['first'] >= one['end']
-    wrong = np.where(apart, other['stamp'] < one['late'],
-                     np.abs(other['stamp'] - own) > message + 1e-3 * np.abs(own - one['stamp']))
+    wrong = np.where(apart, other['stamp'] < one['late'], _elsewhere(
+        own - one['stamp'], other['stamp'] - one['stamp'], message))
     if wrong.any():
         raise TimeError(f'{item.topic}: the same sequence numbers at different times near '
                         f'{one["late"][np.argmax(wrong)] / 1e9:.9f} s; these are several '
