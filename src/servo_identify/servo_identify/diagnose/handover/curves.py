@@ -12,6 +12,7 @@ from ..selection.explain import Explained
 
 POINTS = 41  # of a curve
 PER_WAVE, MOST_POINTS = 12, 721  # of one that waves, so that its highest order shows
+PER_KNOT = 2  # of one with narrow places
 ENDS = (1.0, 99.0)  # percentiles of its variable between which it is drawn
 BAND = (5.0, 95.0)  # percentiles of the redrawn curves
 
@@ -139,7 +140,11 @@ def _repeats(one: Hypothesis, angle: np.ndarray) -> bool:
 
 def _points(one: Hypothesis, span: float) -> int:
     """Return at how many points a curve is drawn over a span, rad, of its variable."""
-    if one.form is None or one.form.variable != 'angle' or one.tried < 2 or not one.knots:
+    if one.form is None or one.form.variable != 'angle' or len(one.knots) < 2:
+        return POINTS
+    if 'narrowest' in one.detail:
+        return int(np.clip(PER_KNOT * span / one.detail['narrowest'], POINTS, MOST_POINTS))
+    if one.tried < 2:
         return POINTS
     waves = max(map(float, one.knots)) * span / (2.0 * np.pi)
     return int(np.clip(PER_WAVE * waves, POINTS, MOST_POINTS))

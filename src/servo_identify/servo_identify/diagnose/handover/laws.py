@@ -22,7 +22,7 @@ from servo_twin.physics.spline import spline, turning
 
 from ..decisions import FORM
 from ..mechanisms.hypothesis import Mechanism, TURN
-from .curves import Curve, Part
+from .curves import Curve, Part, POINTS
 
 COEFFICIENTS, AROUND = 8, 12  # of a spline over an interval, and over a turn
 PASSED = 0.9  # share of a turn from which a curve over the angle repeats
@@ -272,14 +272,34 @@ def _spline(effect: type[Effect], curve: Curve, turns: bool) -> Formed:
     """
     Return a flexible effect with the form of a curve; ``turns``: what it acts on turns.
 
-    Over an angle it repeats where a whole turn was passed.
+    Over an angle it repeats where a whole turn was passed, and has as many coefficients as narrow
+    places take. So many are held as the equations have them: they know the place better.
     """
     around = (turns and curve.variable == 'angle' and np.ptp(curve.x) > PASSED * TURN
               and _edge(effect, 'high') <= _edge(effect, 'low'))
-    size = AROUND if around else COEFFICIENTS
-    x, y = curve.x, curve.y
-    if curve.variable in ('current', 'command', 'torsion'):  # odd: by its size
-        y, x = np.sign(x) * y, np.abs(x)
+    fewest = size = AROUND if around else COEFFICIENTS
+    found, left = _coefficients(curve, size, around)
+    while POINTS < len(curve.x) > 2 * size and not _within(curve, left):
+        size = 2 * size
+        found, left = _coefficients(curve, size, around)
+    values = {n: p.default for n, p in effect.parameters.items()}
+    values |= {'curve': tuple(map(float, found))}
+    if not around:
+        x = _sized(curve)
+        low, high = float(x.min()), float(x.max())
+        values |= {'low': low, 'high': high if high > low else low + 1e-9}
+    return Formed(effect, values, ('curve',) if size == fewest else (), False)
+
+
+def _sized(curve: Curve) -> np.ndarray:
+    """Return the variable of a curve (points,), by its size where the effect is odd in it."""
+    return np.abs(curve.x) if curve.variable in ('current', 'command', 'torsion') else curve.x
+
+
+def _coefficients(curve: Curve, size: int, around: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coefficients (size,) of a spline through a curve, and its error (points,)."""
+    x = _sized(curve)
+    y = curve.y if x is curve.x else np.sign(curve.x) * curve.y
     low, high = float(x.min()), float(x.max())
     rows = np.eye(size)
     table = np.array([[turning.py_func(row, v) if around else spline.py_func(row, v, low, high)
@@ -291,8 +311,4 @@ def _spline(effect: type[Effect], curve: Curve, turns: bool) -> Formed:
     sure = np.sqrt(curve.density / curve.density.max())[:, None]
     found = np.linalg.lstsq(np.vstack((sure * table, 0.05 * bend)),
                             np.concatenate((sure[:, 0] * y, np.zeros(len(bend)))), rcond=None)[0]
-    values = {n: p.default for n, p in effect.parameters.items()}
-    values |= {'curve': tuple(map(float, found))}
-    if not around:
-        values |= {'low': low, 'high': high if high > low else low + 1e-9}
-    return Formed(effect, values, ('curve',), False)
+    return found, table @ found - y

@@ -55,7 +55,7 @@ def hypotheses_of(builder: Builder, residual: np.ndarray,
     found += controller_of(builder, residual)
     found += user_effects_of(builder)
     found += by_recording(builder, sides)
-    found += patterns_of(builder, sides, without)
+    found += patterns_of(builder, sides, without, residual)
     gone = {*without, *(ALIASES[name] for name in without if name in ALIASES)}
     kept = [one for one in found if one.mechanism.name not in gone]
     return [one for one in kept if not any(_is_value(one, value) for value in kept)]

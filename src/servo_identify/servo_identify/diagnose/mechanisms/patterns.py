@@ -19,6 +19,7 @@ from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .hypothesis import ANY, Form, Hypothesis, Mechanism, UNKNOWN
 from .lost_motion import as_gap
+from .narrow_places import narrow_places
 from .orders import hats
 from .variables import Variable, variables_of
 
@@ -53,11 +54,12 @@ PLACES = {'motor': ('motor_torque', 'motor'), 'load': ('load_torque', 'load'),
           'drive': ('drive_current', 'drive')}
 
 
-def patterns_of(builder: Builder, sides: Collection[str],
-                without: Collection[str]) -> Iterator[Hypothesis]:
+def patterns_of(builder: Builder, sides: Collection[str], without: Collection[str],
+                residual: np.ndarray) -> Iterator[Hypothesis]:
     """
     Yield a hypothesis for each equation, variable and symmetry.
 
+    Over the place of a shaft there is another, that bends where the ``residual`` (samples,) does.
     ``sides`` are the shafts that can be told apart. In the balance of both a pattern is the
     load's, and one that has a name may be the motor's as well.
     """
@@ -75,11 +77,26 @@ def patterns_of(builder: Builder, sides: Collection[str],
                 for symmetry in ('even', 'odd'):
                     if (equation, variable.name, symmetry) == ('torque', 'load', 'even'):
                         continue  # that load comes from this balance: it would explain itself
-                    found = _pattern(builder, equation, signal, site, variable, edges, symmetry,
-                                     without)
-                    if found and ((signal, site) == PLACES[equation]
-                                  or found.mechanism.name != UNKNOWN):
-                        yield found
+                    found = (_pattern(builder, equation, signal, site, variable, edges, symmetry,
+                                      without),
+                             _narrow(builder, residual, equation, signal, site, variable, symmetry,
+                                     without))
+                    for one in filter(None, found):
+                        if (signal, site) == PLACES[equation] or one.mechanism.name != UNKNOWN:
+                            yield one
+
+
+def _narrow(builder: Builder, residual: np.ndarray, equation: str, signal: str, site: str,
+            variable: Variable, symmetry: str, without: Collection[str]) -> Hypothesis | None:
+    """Return the pattern over the place of a shaft with its narrow places, if there are some."""
+    if variable.name != 'angle' or equation not in ('motor', 'load', 'torque'):
+        return None
+    places = narrow_places(builder, residual, equation, signal, variable, symmetry == 'odd')
+    if places is None:
+        return None
+    one = _pattern(builder, equation, signal, site, variable, places, symmetry, without)
+    return one and replace(one, detail={
+        **one.detail, 'narrowest': float(np.diff(places).min())})
 
 
 def _pattern(builder: Builder, equation: str, signal: str, site: str, variable: Variable,

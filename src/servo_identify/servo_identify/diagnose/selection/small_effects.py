@@ -56,7 +56,7 @@ def _renamed(choice: Choice, names: Mapping[int, int]) -> Choice:
 def _remade(search: Search, found: Fitted, made: Callable[[np.ndarray], list[Hypothesis]]
             ) -> tuple[Search, dict[int, int]]:
     """
-    Return a search among hypotheses whose orders are those of what is left, and the new numbers.
+    Return a search among hypotheses with orders and places of what is left, and the new numbers.
 
     Beside them stand all that were tried so far, and the curves over one variable.
     """
@@ -72,7 +72,7 @@ def _remade(search: Search, found: Fitted, made: Callable[[np.ndarray], list[Hyp
     kept = [number for number, one in enumerate(regression.hypotheses)
             if number in search.tried or _is_pattern(one)]
     several = [regression.hypotheses[number] for number in kept]
-    several += [one for one in made(left) if one.tried > 1]
+    several += [one for one in made(left) if one.tried > 1 or 'narrowest' in one.detail]
     other = Search(Regression(regression.samples, regression.nuisance, several))
     return other, {number: place for place, number in enumerate(kept)}
 
@@ -141,7 +141,8 @@ def _may_be_freed(regression: Regression, chosen: Choice, equation: int) -> bool
 
 
 def _is_pattern(one: Hypothesis) -> bool:
-    return one.form is not None and 'equation' in one.detail
+    """Tell whether it is any curve over a variable; of two over one, the coarser."""
+    return one.form is not None and 'equation' in one.detail and 'narrowest' not in one.detail
 
 
 def _equation(regression: Regression, pattern: Hypothesis) -> int:

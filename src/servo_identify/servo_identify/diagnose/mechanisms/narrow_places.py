@@ -1,0 +1,73 @@
+"""Where a curve over the place of a shaft bends: detents and tight spots are narrow."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..decisions import CALIBRATED
+from ..residuals.equation_errors import EquationErrors
+from .builder import Builder
+from .orders import hats
+from .variables import Variable
+
+FINEST = 129  # places between which a curve may bend
+MOST = 48  # of them that one curve takes
+SINGULAR = 1e-9  # share of a column that the others leave, from which on it is theirs
+
+
+def narrow_places(builder: Builder, residual: np.ndarray, equation: str, signal: str,
+                  variable: Variable, odd: bool) -> np.ndarray | None:
+    """
+    Return the places (n,) of a shaft, rad, where a curve through a residual has to bend.
+
+    ``residual`` (samples,) is what an ``equation`` leaves; the curve, added to ``signal``, is
+    ``odd`` where it changes its sign with the direction. One bend after the other is taken, that
+    of the most gain first, while it is worth a number. None where the equation is not off, or a
+    curve with the knots of any other does.
+    """
+    samples = builder.samples
+    rows = samples.rows(equation)
+    blocks = len(np.unique(samples.block[rows]))
+    several = [variable.sized(one) for one in samples.errors]
+    low, high = (edge([edge(x) for x in several]) for edge in (np.min, np.max))
+    left = builder.apart(residual)[rows]
+    if not high > low or blocks < 2 or np.mean(left**2) <= CALIBRATED:
+        return None
+    grid = np.linspace(low, high, FINEST)
+
+    def curve(one: EquationErrors) -> np.ndarray:
+        table = hats(variable.sized(one), grid)
+        return table * variable.way(one)[:, None] if odd else table
+
+    table = builder.apart(builder.place(signal, curve).table)[rows]
+    bends = np.column_stack((np.ones(FINEST), np.maximum(grid[:, None] - grid[:-1], 0.0)))
+    chosen = _chosen(table @ bends, left, blocks)
+    places = np.unique(np.concatenate((grid[[0, -1]], grid[[k - 1 for k in chosen if k > 1]])))
+    return places if len(places) > 3 else None
+
+
+def _chosen(columns: np.ndarray, left: np.ndarray, blocks: int) -> list[int]:
+    """
+    Return which columns (samples, n) are worth a number each; level and slope always are.
+
+    One bend alone may do little where three make a detent: of the path that takes the best column
+    each time, the part is returned that is likeliest for the numbers that it takes.
+    Source: Chen, Billings, Luo: Int. J. Control 50(5), 1989, orthogonal least squares.
+    """
+    products, shared = columns.T @ columns, columns.T @ left
+    floor, whole = CALIBRATED * len(left), float(left @ left)
+    own, price = np.diag(products).copy(), 0.5 * np.log(blocks)
+    chosen: list[int] = []
+    costs: list[float] = []
+    while len(chosen) < MOST:
+        rest = np.diag(products)
+        gains = np.where(rest > SINGULAR * own, shared**2 / np.maximum(rest, 1e-300), 0.0)
+        best = len(chosen) if len(chosen) < 2 else int(np.argmax(gains))
+        if gains[best] > 0.0:
+            along = products[:, best] / products[best, best]
+            shared = shared - along * shared[best]
+            products = products - np.outer(along, products[best])
+        whole -= float(gains[best])
+        chosen.append(best)
+        costs.append(0.5 * blocks * float(np.log(max(whole, floor))) + price * len(chosen))
+    return chosen[:2 + int(np.argmin(costs[1:]))]
