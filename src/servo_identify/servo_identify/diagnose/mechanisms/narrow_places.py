@@ -5,43 +5,37 @@ from __future__ import annotations
 import numpy as np
 
 from ..decisions import CALIBRATED
-from ..residuals.equation_errors import EquationErrors
 from .builder import Builder
 from .orders import hats
-from .variables import Variable
 
 FINEST = 129  # places between which a curve may bend
 MOST = 48  # of them that one curve takes
 SINGULAR = 1e-9  # share of a column that the others leave, from which on it is theirs
 
 
-def narrow_places(builder: Builder, residual: np.ndarray, equation: str, signal: str,
-                  variable: Variable, odd: bool) -> np.ndarray | None:
+def narrow_places(builder: Builder, residual: np.ndarray, equation: str, odd: bool
+                  ) -> np.ndarray | None:
     """
-    Return the places (n,) of a shaft, rad, where a curve through a residual has to bend.
+    Return the places (n,) of the load, rad, where a curve through a residual has to bend.
 
-    ``residual`` (samples,) is what an ``equation`` leaves; the curve, added to ``signal``, is
-    ``odd`` where it changes its sign with the direction. One bend after the other is taken, that
-    of the most gain first, while it is worth a number. None where the equation is not off, or a
-    curve with the knots of any other does.
+    ``residual`` (samples,) is what an ``equation`` leaves; the curve is ``odd`` where it changes
+    its sign with the direction. One bend after the other is taken, that of the most gain first,
+    as many as are worth their number. None where the equation is not off, or a curve with the
+    knots of any other does.
     """
     samples = builder.samples
     rows = samples.rows(equation)
     blocks = len(np.unique(samples.block[rows]))
-    several = [variable.sized(one) for one in samples.errors]
-    low, high = (edge([edge(x) for x in several]) for edge in (np.min, np.max))
-    left = builder.apart(residual)[rows]
-    if not high > low or blocks < 2 or np.mean(left**2) <= CALIBRATED:
+    at, left = samples.of_motion(equation, 'load_angle'), builder.apart(residual)[rows]
+    if blocks < 2 or not np.ptp(at) > 0.0 or np.mean(left**2) <= CALIBRATED:
         return None
-    grid = np.linspace(low, high, FINEST)
-
-    def curve(one: EquationErrors) -> np.ndarray:
-        table = hats(variable.sized(one), grid)
-        return table * variable.way(one)[:, None] if odd else table
-
-    table = builder.apart(builder.place(signal, curve).table)[rows]
+    grid = np.linspace(at.min(), at.max(), FINEST)
+    table = np.zeros((len(rows), FINEST))
+    table[rows] = hats(at, grid) / samples.scale[rows, None]
+    if odd:
+        table[rows] *= samples.of_motion(equation, 'direction')[:, None]
     bends = np.column_stack((np.ones(FINEST), np.maximum(grid[:, None] - grid[:-1], 0.0)))
-    chosen = _chosen(table @ bends, left, blocks)
+    chosen = _chosen(builder.apart(table)[rows] @ bends, left, blocks)
     places = np.unique(np.concatenate((grid[[0, -1]], grid[[k - 1 for k in chosen if k > 1]])))
     return places if len(places) > 3 else None
 

@@ -91,7 +91,7 @@ def _narrow(builder: Builder, residual: np.ndarray, equation: str, signal: str, 
     """Return the pattern over the place of a shaft with its narrow places, if there are some."""
     if variable.name != 'angle' or equation not in ('motor', 'load', 'torque'):
         return None
-    places = narrow_places(builder, residual, equation, signal, variable, symmetry == 'odd')
+    places = narrow_places(builder, residual, equation, symmetry == 'odd')
     if places is None:
         return None
     one = _pattern(builder, equation, signal, site, variable, places, symmetry, without)
