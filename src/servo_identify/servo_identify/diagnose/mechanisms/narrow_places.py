@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..decisions import CALIBRATED
+from ..residuals.equation_errors import EquationErrors
+from ..residuals.motion import Motion
 from .builder import Builder
 from .orders import hats
 
 FINEST = 129  # places between which a curve may bend
 MOST = 48  # of them that one curve takes
 SINGULAR = 1e-9  # share of a column that the others leave, from which on it is theirs
+UNDER = ((-np.sqrt(1.5), 1.0 / 6.0), (0.0, 2.0 / 3.0), (np.sqrt(1.5), 1.0 / 6.0))
+"""
+Spacings from its centre, and weights there, that stand for a test function.
+
+Gauss's rule of three for its deviation, sqrt(1/2) spacings: it is six boxes of one spacing.
+"""
 
 
 def narrow_places(builder: Builder, residual: np.ndarray, equation: str, odd: bool
@@ -31,13 +41,25 @@ def narrow_places(builder: Builder, residual: np.ndarray, equation: str, odd: bo
         return None
     grid = np.linspace(at.min(), at.max(), FINEST)
     table = np.zeros((len(rows), FINEST))
-    table[rows] = hats(at, grid) / samples.scale[rows, None]
-    if odd:
-        table[rows] *= samples.of_motion(equation, 'direction')[:, None]
+    for spacings, weight in UNDER:
+        there = hats(samples.along(equation, _away('load_angle', spacings)), grid)
+        if odd:
+            there *= samples.along(equation, _away('direction', spacings))[:, None]
+        table[rows] += weight * there / samples.scale[rows, None]
     bends = np.column_stack((np.ones(FINEST), np.maximum(grid[:, None] - grid[:-1], 0.0)))
     chosen = _chosen(builder.apart(table)[rows] @ bends, left, blocks)
     places = np.unique(np.concatenate((grid[[0, -1]], grid[[k - 1 for k in chosen if k > 1]])))
     return places if len(places) > 3 else None
+
+
+def _away(name: str, spacings: float) -> Callable[[EquationErrors, Motion], np.ndarray]:
+    """Return what gives a column of a motion so many spacings of its test function later."""
+    def of(one: EquationErrors, motion: Motion) -> np.ndarray:
+        series = motion[name]
+        later = np.arange(len(series)) + round(spacings * motion.test.spacing)
+        return series[np.clip(later, 0, len(series) - 1)]
+
+    return of
 
 
 def _chosen(columns: np.ndarray, left: np.ndarray, blocks: int) -> list[int]:
