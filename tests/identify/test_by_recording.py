@@ -9,9 +9,14 @@ from synthetic_recordings import run_of
 from test_selection import recorded, SERVO, with_effect
 
 from servo_identify.diagnose.diagnose import diagnose
+from servo_identify.diagnose.handed import selecting
+from servo_identify.diagnose.mechanisms.builder import Builder
 from servo_identify.diagnose.mechanisms.by_recording import between, within_one
+from servo_identify.diagnose.mechanisms.every_hypothesis import hypotheses_of
+from servo_identify.diagnose.mechanisms.hypothesis import BY_RECORDING
 from servo_identify.diagnose.residuals.samples import residual_samples
 from servo_identify.diagnose.selection.explain import explained
+from servo_identify.diagnose.splitting import split
 from servo_twin.description.servo_file import loads
 from servo_twin.physics.catalogue import find
 from servo_twin.physics.servo import Placed
@@ -157,3 +162,11 @@ def test_recordings_that_have_one_of_two_values_are_told_by_those_that_are_fewer
     assert two == 'in d, b 3.05 N m, in the others 0.01, by recording'
     even = between(names, knots, np.array([1.0, 2.0, 3.0, 4.0, 5.0]), 'ohm')
     assert even == '1 (a) to 5 (e) ohm, by recording'
+
+
+@pytest.mark.parametrize(('count', 'differs'), [(1, False), (4, True)])
+def test_parts_of_one_recording_are_no_repetition_of_a_motion(count, differs):
+    parts = split([recorded(SERVO, seed) for seed in range(count)], [], [])
+    samples = residual_samples(selecting(parts, False), SERVO)
+    several = hypotheses_of(Builder(samples), samples.base)
+    assert any(BY_RECORDING in one.mechanism.variables for one in several) is differs

@@ -122,6 +122,12 @@ def _moving(recording: Recording) -> tuple[int, int]:
             min(size, max(last for _, last in inside) + spare))
 
 
+def whole_of(part: Recording) -> str:
+    """Return the name of the recording that a part of it was cut from, its own for a whole one."""
+    whole, _, purpose = part.name.rpartition('[')
+    return whole if purpose.rstrip(']') in PURPOSES and whole else part.name
+
+
 def _cut(recordings: Sequence[Recording]) -> Split:
     """Cut each recording in time: three fifths select, a fifth accepts, a fifth reports."""
     parts: dict[str, list[Recording]] = {purpose: [] for purpose in PURPOSES}

@@ -13,6 +13,7 @@ from servo_twin.physics.servo import Servo
 from ..decisions import SOLVED
 from ..residuals.equation_errors import EquationErrors
 from ..residuals.motion import Motion
+from ..splitting import whole_of
 from .builder import Builder
 from .hypothesis import BY_RECORDING, Hypothesis, Mechanism, Series
 from .orders import waves
@@ -44,9 +45,10 @@ def by_recording(builder: Builder, sides: Collection[str]) -> Iterator[Hypothesi
 
 
 def repeated(builder: Builder) -> bool:
-    """Tell whether a motion was recorded more than once."""
-    families = Counter(one.measured.recording.family for one in builder.samples.errors)
-    return max(families.values()) > 1
+    """Tell whether a motion was recorded more than once; parts of one recording are one."""
+    whole = {(one.family, whole_of(one)) for one in (
+        errors.measured.recording for errors in builder.samples.errors)}
+    return max(Counter(family for family, _ in whole).values()) > 1
 
 
 def apart(errors: Sequence[EquationErrors], of: Series, one: EquationErrors) -> np.ndarray:
