@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from servo_identify.cli import main
+from servo_identify.data.copies import copies
 from servo_identify.data.reading import files_of
 from servo_identify.data.recording_check import check
 from servo_identify.diagnose.splitting import split
@@ -27,6 +28,8 @@ def test_it_tells_a_copy_of_a_recording_and_reads_a_file_once(good, tmp_path):
     assert told and told[0].startswith(f'copy holds the same samples as {good.name}')
     other = changed(copy, current=np.where(np.arange(len(copy)) == 7, 0.1, copy['current']))
     assert not any('same samples' in one.sentence for one in check([good, other], BENCH))
+    hole = replace(good, columns={})
+    assert not list(copies([hole, replace(hole, name='another')]))
     for name in ('run_1.csv', 'run_2.csv'):
         (tmp_path / name).write_text('t,motor_position\n0,0\n0.1,1\n')
     assert [one.name for one in files_of([tmp_path / '*.csv', tmp_path / 'run_1.csv'])] == [

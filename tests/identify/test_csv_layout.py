@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from servo_identify.data.table_import import import_table
-from servo_identify.data.tables import read_table
+from servo_identify.data.tables import read_table, read_tables
 
 SERVO = Path(__file__).parents[2] / 'config' / 'servos' / 'rv_bench.yaml'
 ROWS = ((0.0, 1.5, 0.25), (0.002, -1.5, 0.5), (0.004, 2.5, 0.75))
@@ -248,6 +248,28 @@ def test_labview_files_without_times_are_counted_in_their_period(tmp_path):
     assert 'they are counted in the 0.002 s of the header' in found.note
 
 
+def test_labview_files_of_several_segments_are_recordings_each(tmp_path):
+    path = tmp_path / 'a.lvm'
+    heads = [['Channels\t2\t\t', f'Samples\t{n}\t{n}\t', 'Delta_X\t0.002\t0.002\t',
+              '***End_of_Header***\t\t\t', 'X_Value\tvoltage\tmotor_position\tComment']
+             for n in (60, 40)]
+    path.write_text('\n'.join([
+        'LabVIEW Measurement\t', 'X_Columns\tNo', '***End_of_Header***\t', '\t',
+        *heads[0], *(f'\t{k - 9}\t{k / 4}\t' for k in range(60)),
+        *heads[1], *(f'\t{k}\t{k / 4}\t' for k in range(40))]))
+    first, second = read_tables(path)
+    assert first.columns['voltage'].tolist() == list(range(-9, 51))
+    assert second.columns['time'] == pytest.approx(0.002 * np.arange(40))
+
+
+def test_a_line_that_breaks_off_at_its_end_does_not_part_the_names_by_blanks(tmp_path):
+    rows = [f'{0.002 * k:.3f}\t{k % 9}\t{k / 4:.2f}\t' for k in range(60)]
+    (tmp_path / 'a.csv').write_text('\n'.join(['t\tMotor Voltage\tMotor Angle\tNote', *rows,
+                                               '0.120\t3\t15.00']))
+    assert list(read_table(tmp_path / 'a.csv').columns)[:3] == [
+        't', 'Motor Voltage', 'Motor Angle']
+
+
 @pytest.mark.parametrize(('index', 'name'), [
     (('0', '1', '2'), ''),
     (('0 days 00:00:00', '0 days 00:00:00.002', '0 days 00:00:00.004'), 'time'),
@@ -272,13 +294,14 @@ def test_it_says_what_to_do_where_the_time_runs_backwards(tmp_path, order, advic
         import_table(path, SERVO)
 
 
-def test_a_clock_of_32_bit_that_wraps_around_is_named_and_mended_by_a_mapping(tmp_path):
+@pytest.mark.parametrize(('bits', 'unit', 'step'), [(32, 'us', 2000), (15, 'ms', 2)])
+def test_a_clock_that_wraps_around_is_named_and_mended_by_a_mapping(tmp_path, bits, unit, step):
     path, mapping = tmp_path / 'a.csv', tmp_path / 'm.yaml'
-    path.write_text('t [us],voltage,motor_position\n' + ''.join(
-        f'{(2**32 - 20_500 + 2000 * k) % 2**32},1,{k / 8}\n' for k in range(40)))
-    with pytest.raises(ValueError, match='counter of 32 bit wrapped around .* wraps: 4294967296'):
+    path.write_text(f't [{unit}],voltage,motor_position\n' + ''.join(
+        f'{(2**bits - 10 * step + step * k) % 2**bits},1,{k / 8}\n' for k in range(40)))
+    with pytest.raises(ValueError, match=f'of {bits} bit wrapped around .* wraps: {2**bits}'):
         import_table(path, SERVO)
-    mapping.write_text('time: {source: "t [us]", wraps: 4294967296, unit: us}\n'
+    mapping.write_text(f'time: {{source: "t [{unit}]", wraps: {2**bits}, unit: {unit}}}\n'
                        'columns: {motor_position: {source: motor_position}}\n')
     assert import_table(path, SERVO, mapping=mapping).period == pytest.approx(0.002)
 

@@ -102,11 +102,12 @@ def test_the_unit_behind_a_name_is_that_of_a_column_that_is_given(run, tmp_path,
 
 
 @pytest.mark.parametrize(('name', 'first', 'unit'), [('micros', 2**32 - 2_000_000, 'us'),
-                                                     ('ms', 2**16 - 1000, 'ms')])
+                                                     ('ms', 2**16 - 1000, 'ms'),
+                                                     ('TICK (MS)', 2**15 - 500, 'MS')])
 def test_a_counter_of_time_that_begins_again_is_put_together(run, tmp_path, name, first, unit):
-    counts = np.round(run['time'] / {'us': 1e-6, 'ms': 1e-3}[unit]) + first
+    counts = np.round(run['time'] / {'us': 1e-6}.get(unit, 1e-3)) + first
     data = write(tmp_path / 'run.csv', {
-        name: counts % (2**32 if unit == 'us' else 2**16), 'voltage': run['u'],
+        name: counts % 2**np.ceil(np.log2(first)), 'voltage': run['u'],
         'current': run['i'], 'motor_position': run['theta']})
     assert init(data, tmp_path, '--column', f't={name}:{unit}') == 0
     one, = read_recordings([data], tmp_path / 'new' / 's.yaml', tmp_path / 'new' / 'm.yaml')

@@ -29,6 +29,12 @@ def test_it_finds_the_columns_wherever_they_stand(tmp_path, content):
             } == COLUMNS
 
 
+def test_a_record_may_lack_what_others_have(tmp_path):
+    path = tmp_path / 'a.jsonl'
+    path.write_text('\n'.join(map(json.dumps, [{'t': 0.0, 'msg': 'started'}, *RECORDS[1:]])))
+    assert read_table(path).columns['current'][1:].tolist() == [2.0, 3.0]
+
+
 def test_a_channel_has_its_unit_behind_its_name(tmp_path):
     table = read(tmp_path, [{'name': 't', 'unit': 'ms', 'values': [0, 1]},
                             {'name': 'u', 'units': 'V', 'values': [3, 4]}])

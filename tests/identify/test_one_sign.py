@@ -1,4 +1,4 @@
-"""A current without its sign: the check ..."""
+"""A current or a command without its sign: the check ..."""
 
 from dataclasses import replace
 
@@ -23,6 +23,16 @@ def good():
 def test_it_tells_a_magnitude_by_the_equation_of_the_drive(good, spoil):
     found, = said(replace(good, columns={**good.columns, 'current': spoil(good['current'])}))
     assert 'of the equation of the drive' in found.sentence and 'current=' in found.action
+
+
+def test_it_tells_a_pwm_whose_direction_is_in_another_column(good):
+    found, = said(replace(good, columns={**good.columns, 'voltage': np.abs(good['voltage'])}))
+    assert 'ask for the command' in found.sentence and 'dir' in found.action
+
+
+def test_it_leaves_a_command_that_pushes_one_way(good):
+    one_way = {**good.columns, 'voltage': good['voltage'] - np.nanmin(good['voltage'])}
+    assert not said(replace(good, columns=one_way))
 
 
 def test_it_leaves_a_current_that_only_begins_at_zero(good):

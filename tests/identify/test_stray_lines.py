@@ -57,6 +57,24 @@ def test_a_logger_that_began_again_made_two_recordings(text, tmp_path):
     assert any('each is a recording of its own' in one for one in first.warnings)
 
 
+@pytest.mark.parametrize(('pause', 'runs'), [(0, 1), (3600, 2)])
+def test_a_clock_that_goes_on_parts_recordings_where_it_pauses_at_the_names(text, pause, runs):
+    names = 't [hh:mm:ss],motor_position'
+    first, second = ([f'{9 + s // 3600:02d}:00:{0.01 * k:05.2f},{k % 7}' for k in some]
+                     for s, some in ((0, range(200)), (pause, range(200, 400))))
+    found = import_tables(text(names, *first, names, *second), None)
+    assert [len(one) for one in found] == [400 // runs] * runs
+    assert {one.period for one in found} == {0.01}
+
+
+def test_lines_above_the_names_may_stand_again_with_other_values(text):
+    head = ('Samples,{},,', 'Y_Unit_Label,V,A,rad', NAMES)
+    table = read_table(text(head[0].format(400), *head[1:], *ROWS[:300],
+                            head[0].format(100), *head[1:], *ROWS[300:]))
+    assert table.columns['voltage [V]'].tolist() == [1.0 + k % 7 for k in range(400)]
+    assert table.warnings == ('the line of names stands again before row 301',)
+
+
 def test_rows_without_times_are_not_counted_over_the_break(text):
     names, rows = 'voltage,motor_position', [row.split(',', 2)[1] + ',1' for row in ROWS]
     assert [len(run.columns['voltage']) for run in read_tables(

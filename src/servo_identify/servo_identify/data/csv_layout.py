@@ -18,7 +18,7 @@ from .unit_symbols import CountsError, parsed, UnitError
 TEXTS = ('.csv', '.txt', '.tsv', '.dat', '.asc', '.log', '.lvm', '.prn')
 """How names of tables of text end."""
 
-_LAST = 50  # lines at the end of these, by which the columns are told
+_LAST = 50  # lines before the last, which may break off, by which the columns are told
 _EMPTY = ' \t\r\n;,|'  # a line of these alone is a row of empty cells
 _BLANKS = ' '  # any number of them parts columns
 _OF_R = _BLANKS + '\t'
@@ -65,12 +65,17 @@ class Layout:
 
 @dataclass(frozen=True)
 class _Columns:
-    """What parts the lines, into how many cells, and which of them hold numbers in most lines."""
+    """
+    What parts the lines, into how many cells, and which of them hold numbers in most lines.
+
+    ``begun``: something stands in the first cell of most lines.
+    """
 
     delimiter: str
     count: int
     numbers: tuple[int, ...]
     decimal: str
+    begun: bool
 
     def cells(self, line: str) -> list[str]:
         """Return the cells of a line."""
@@ -123,11 +128,13 @@ def layout_of(path: Path) -> Layout:
             lines[shown[0]].split()[0].strip(',;')):
         raise ValueError(f'{path} has no rows: below {lines[shown[0]].strip()!r} stands no '
                          'number')
-    columns = _columns_of([lines[k] for k in shown[-_LAST:]])
+    columns = _columns_of([lines[k] for k in (
+        shown[-_LAST - 1:-1] if len(shown) > _LAST else shown)])
     rows = [columns.has_row(lines[k]) for k in shown]
     # below a key, as Length, numbers stand above the rows
     at = next((n for n, is_row in enumerate(rows) if is_row and (
-        is_number(columns.cells(lines[shown[n]])[0] or '0') or all(rows[n:n + 2]))), 1)
+        is_number(columns.cells(lines[shown[n]])[0] or '0') or columns.begun
+        and all(rows[n:n + 2]))), 1)
     row = [*shown, shown[-1] + 1][at]
     lines.append('')
     above = [k for k, line in enumerate(lines[:row]) if line.strip(_EMPTY)]
@@ -171,7 +178,8 @@ def _columns_of(lines: Sequence[str]) -> _Columns:
     commas = any(',' in one and (delimiter != ',' or not _THOUSANDS.fullmatch(one))
                  for one in shown)
     return _Columns(delimiter, count, tuple(numbers),
-                    ',' if commas and not any('.' in one for one in shown) else '.')
+                    ',' if commas and not any('.' in one for one in shown) else '.',
+                    2 * sum(map(bool, across[0])) > len(across[0]))
 
 
 def _numbers_of(lines: Sequence[str], delimiter: str) -> Counter[int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 import re
 from typing import Any
@@ -84,13 +85,19 @@ def read_csv(path: Path, names: Sequence[str] = ()) -> Text:
     told = [*(alone.told if alone else ()), *(
         f'the last row breaks off ({text.strip()!r}): it is left out' for text in cut
         if text.strip() != 'EOF' and not MARKS.match(text))]  # EOF ends a file of TwinCAT
+    again = alone.again if alone else ()
     if layout.period and 'time' not in table.column_names:
-        table = table.append_column('time', [layout.period * np.arange(table.num_rows)])
+        table = table.append_column('time', [layout.period * _counted(table.num_rows, again)])
         told.append(f'the rows have no time: they are counted in the {layout.period:g} s of '
                     'the header')
     if layout.unused:
         told.append(f'the rows end before {list(layout.unused)}: no number stands there')
-    return Text(table, tuple(told), alone.again if alone else ())
+    return Text(table, tuple(told), again)
+
+
+def _counted(rows: int, again: Sequence[int]) -> np.ndarray:
+    """Return the numbers of rows since the line of names above them, (rows,)."""
+    return np.concatenate([np.arange(end - first) for first, end in pairwise([0, *again, rows])])
 
 
 def numbers_in_parts(path: Path, names: Sequence[str], block: int) -> Iterator[Any]:

@@ -32,8 +32,8 @@ def factor_to(text: str, wanted: str) -> float:
     unit is of a speed. People write V s for V s/rad, N m s for N m s/rad, 1/s for rad/s, V s/rad
     for N m/A and N m s2/rad for kg m2. Where none does, N m is no stiffness and N m/rad no torque.
 
-    A temperature in degC stays as it is. Raises UnitError for a unit that is not known and for
-    one of another quantity; the error says what fits.
+    A time in MS or MSEC is in ms. A temperature in degC stays as it is. Raises UnitError for a
+    unit that is not known and for one of another quantity; the error says what fits.
     """
     if wanted == 'degC':
         if text.replace('°', 'deg').lower() in ('degc', 'c'):
@@ -52,7 +52,8 @@ def factor_to(text: str, wanted: str) -> float:
         factor = _factor(lower, wanted)
     except UnitError:
         raise first from None
-    if any(word[0] == 'M' and word[1:] not in ('', 'in', 'IN') for word in text.split()):
+    if wanted != 's' and any(word[0] == 'M' and word[1:] not in ('', 'in', 'IN')
+                             for word in text.split()):
         raise UnitError(f'{text!r} may be of a million or of a thousandth; is it {lower!r}?')
     return factor
 

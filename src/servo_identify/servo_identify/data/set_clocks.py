@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,14 @@ MOST_HOLES = 1000
 HOUR = 3600.0
 """By how much a clock is set where daylight saving begins or ends, s."""
 
-_COUNTERS = [(bits, unit) for bits in (16, 32) for unit in (1.0, 1e-3, 1e-6)]
-"""Bits of a counter of time that wraps around, and the s of one count."""
+COUNTERS = (15, 16, 24, 31, 32)
+"""
+Bits of a counter of time that wraps around.
+
+That of Dynamixel has 15, `millis` of Arduino has 32, and 31 where it is held with a sign.
+"""
+
+_UNITS = (1.0, 1e-3, 1e-6)  # s, of one count
 
 
 def check_jumps(path: Path, time: np.ndarray, step: float, skipped: tuple[int, float]) -> None:
@@ -55,7 +62,7 @@ def check_order(path: Path, time: np.ndarray) -> None:
 def _advice(time: np.ndarray, back: np.ndarray) -> str:
     """Say what to do where times run backwards behind some rows."""
     last, first, step = time[back[0]], time[back[0] + 1], float(np.median(np.abs(np.diff(time))))
-    for bits, unit in _COUNTERS:
+    for bits, unit in product(COUNTERS, _UNITS):
         if 0.0 <= first < 2.0 * step and 0.0 <= 2**bits * unit - last < 2.0 * step:
             return (f'The counter of {bits} bit wrapped around there: map the time with '
                     f'wraps: {2**bits}')

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 import re
 from typing import Any
 
@@ -21,6 +22,7 @@ from .table import Table
 
 _GROUP = re.compile(rf'(?:.*\.)?((?:{WORDS})_?\d+)\.(.+)', re.IGNORECASE)
 FEWEST = 2  # rows of a recording
+PAUSE = 10.0  # periods, after which a logger that wrote its names again was started again
 _FLAGS = ('run', 'demo')
 """Names that may also say whether something is switched on."""
 
@@ -42,27 +44,36 @@ def runs_of(table: Table) -> list[Table]:
             continue
         ends = [*starts[1:], len(column)]
         word = match[1].lower()
-        return [replace(table, run=f'{word}_{number:g}', begins=table.begins if not first else {},
-                        columns={one: held[first:end] for one, held in table.columns.items()})
+        return [_rows(table, first, end, f'{word}_{number:g}')
                 for number, first, end in zip(numbers, starts, ends, strict=True)]
     return [table]
 
 
-def goes_on(table: Table) -> bool:
-    """Tell whether the times of a table rise over all of its rows; row numbers tell as much."""
-    return any(looks_like(name) == 't' and bool(np.all(np.diff(column) >= 0.0))
-               and column[-1] > column[0] for name, column in table.columns.items())
-
-
 def cut_before(table: Table, rows: Sequence[int]) -> list[Table]:
-    """Return the runs of a table that begin with its first row and with others; ``run_1`` ..."""
-    starts = [0, *rows]
+    """
+    Return the runs that a logger began at some rows of a table; the table where it went on.
+
+    They are called ``run_1`` ... Where times rise over all rows, those begin a run before which
+    the logger paused; else all do.
+    """
+    rising = next((steps for name, column in table.columns.items() if looks_like(name) == 't'
+                   and np.all((steps := np.diff(column)) >= 0.0) and column[-1] > column[0]), None)
+    what = 'begin again'
+    if rising is not None:
+        pause, what = PAUSE * np.median(rising[rising > 0.0]), 'pause'
+        rows = [row for row in rows if rising[row - 1] > pause]
+        if not rows:
+            return [table]
     count = len(next(iter(table.columns.values()), ()))
-    said = (*table.warnings, 'the times begin again there: each is a recording of its own')
-    return [replace(table, run=f'run_{number}', begins=table.begins if not first else {},
-                    warnings=said if not first else (),
-                    columns={one: held[first:end] for one, held in table.columns.items()})
-            for number, (first, end) in enumerate(zip(starts, [*rows, count], strict=True), 1)]
+    said = (*table.warnings, f'the times {what} there: each is a recording of its own')
+    return [replace(_rows(table, first, end, f'run_{number}'), warnings=said if not first else ())
+            for number, (first, end) in enumerate(pairwise([0, *rows, count]), 1)]
+
+
+def _rows(table: Table, first: int, end: int, run: str) -> Table:
+    """Return some rows of a table as a run of it; when other rows than the first were is lost."""
+    return replace(table, run=run, begins=table.begins if not first else dict.fromkeys(
+        table.begins, ''), columns={one: held[first:end] for one, held in table.columns.items()})
 
 
 def long_enough(runs: Sequence[Table]) -> tuple[list[Table], dict[str, str]]:

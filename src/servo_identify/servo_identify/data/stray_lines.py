@@ -31,17 +31,18 @@ def rows_alone(path: Path, layout: Layout) -> Rows | None:
     """
     Return the rows of a text without other lines; None where too many do not part as the rows do.
 
-    A logger that starts again appends its line of names, with comments maybe, and the row before
-    may break off.
+    A logger that starts again appends the lines above its numbers, whose values may differ, with
+    comments maybe, and the row before may break off.
     """
     lines = LINE_END.split(path.read_text(layout.encoding))
     above = {line.strip() for line in lines[:layout.skipped]} - {''}
+    keys = {_key(line, layout) for line in above} - {'', _key(layout.row, layout)}
     kept, comments, broken, again = list[str](), list[int](), list[int](), list[int]()
     for k, line in enumerate(lines[layout.skipped:], layout.skipped):
         bare = line.strip()
         if not bare.strip(layout.delimiter):
             continue
-        if bare in above:
+        if bare in above or _key(line, layout) in keys:
             again.append(len(kept))
         elif MARKS.match(line):
             comments.append(k)
@@ -60,6 +61,12 @@ def rows_alone(path: Path, layout: Layout) -> Rows | None:
                         f'({lines[found[0]].strip()!r}) '
                         f'{"is" if len(found) == 1 else "are each"} {what} and left out')
     return Rows('\n'.join(kept).encode(), tuple(told), tuple(again))
+
+
+def _key(line: str, layout: Layout) -> str:
+    """Return the word that a line begins with; '' where its first cell is none."""
+    first = next(iter(cells_of(line, layout.delimiter)), '')
+    return first if first[:1].isalpha() else ''
 
 
 def _listed(numbers: Sequence[int], what: str) -> str:

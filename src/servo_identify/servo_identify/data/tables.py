@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 import tempfile
 from typing import Any
@@ -24,7 +25,7 @@ from .packed import inner_suffix, PACKED, read_packed
 from .parquet_memory import check_parquet
 from .rows_in_time import on_one_timeline
 from .rows_in_turn import check_turns
-from .several_runs import cut_before, goes_on, groups_of, runs_of
+from .several_runs import cut_before, groups_of, runs_of
 from .split_stamps import with_whole_stamps
 from .spreadsheet import sheet_text
 from .table import from_arrow, Table, with_texts, without_empty
@@ -116,8 +117,8 @@ def read_tables(path: Path, rows: str = '', names: Sequence[str] = ()) -> list[T
 def _csv(path: Path, names: Sequence[str]) -> list[Table]:
     text = read_csv(path, names)
     table = from_arrow(path, text.table, text.told)
-    if text.again and not goes_on(table):
-        return cut_before(table, text.again)
+    if len(runs := cut_before(table, text.again)) > 1:
+        return runs
     columns = on_one_timeline(without_empty(table), told := list(table.warnings))
     return [replace(table, columns=columns, warnings=tuple(told))]
 
@@ -221,8 +222,8 @@ def _json(path: Path, rows: str) -> list[Table]:
         table = _longest(path, held.columns, facts)
         return [replace(table, refused=table.refused | held.refused, warnings=held.warnings)]
     records = [dict(flat(row)) for row in content]
-    return [with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records]
-                                                 for name in (records[0] if records else ())})]
+    return [with_texts(Table(path, {}, facts), {name: [row.get(name) for row in records] for name
+                                                in dict.fromkeys(chain(*records))})]
 
 
 def _longest(path: Path, arrays: dict[str, np.ndarray], facts: dict[str, Any]) -> Table:

@@ -57,8 +57,8 @@ _PREFIXES = {'n': 1e-9, 'u': 1e-6, 'µ': 1e-6, 'μ': 1e-6, 'm': 1e-3, 'c': 1e-2,
 _VOLT, _NEWTON = (1, 2, -3, -1), (1, 1, -2, 0)
 _PREFIXED = {
     'g': Unit(1e-3, (1, 0, 0, 0)), 'm': Unit(1.0, (0, 1, 0, 0)),
-    's': Unit(1.0, (0, 0, 1, 0), timed=True), 'A': Unit(1.0, (0, 0, 0, 1)), 'V': Unit(1.0, _VOLT),
-    'N': Unit(1.0, _NEWTON),
+    **dict.fromkeys(('s', 'sec'), Unit(1.0, (0, 0, 1, 0), timed=True)),
+    'A': Unit(1.0, (0, 0, 0, 1)), 'V': Unit(1.0, _VOLT), 'N': Unit(1.0, _NEWTON),
     'Nm': Unit(1.0, (1, 2, -2, 0)), 'ohm': Unit(1.0, (1, 2, -3, -2)),
     'H': Unit(1.0, (1, 2, -2, -2)), 'F': Unit(1.0, (-1, -2, 4, 2)), 'W': Unit(1.0, (1, 2, -3, 0)),
     'J': Unit(1.0, (1, 2, -2, 0)), 'Hz': Unit(1.0, (0, 0, -1, 0), timed=True), 'rad': _RAD,
@@ -79,8 +79,7 @@ _PLAIN = {
 _PLAIN |= {'day': _PLAIN['days'],
            '°': _PREFIXED['deg'], 'Grad': _PREFIXED['deg'],
            'rps': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
-           'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev'],
-           'sec': _PREFIXED['s']}
+           'turn': _PLAIN['rev'], 'turns': _PLAIN['rev'], 'r': _PLAIN['rev']}
 _SPELLED = {'volt': _PREFIXED['V'], 'amp': _PREFIXED['A'], 'ampere': _PREFIXED['A'],
             'radian': _RAD, 'degree': _PREFIXED['deg'], 'gradian': _PLAIN['gon'],
             'newton': _PREFIXED['N'],
@@ -92,7 +91,7 @@ _SPELLED = {'volt': _PREFIXED['V'], 'amp': _PREFIXED['A'], 'ampere': _PREFIXED['
 _TURNED = {'Hz': Unit(2 * pi, (0, 0, -1, 0), 1, timed=True),
            'min': Unit(30 / pi, (0, 0, 1, 0), -1, timed=True)}
 """Symbols where turns are counted: 1 Hz is a turn each second, 1/min a turn each minute."""
-_NEVER_MEGA = ('g', 'm', 's', 'A', 'V', 'H', 'F', 'rad', 'deg', 'rpm')
+_NEVER_MEGA = ('g', 'm', 's', 'sec', 'A', 'V', 'H', 'F', 'rad', 'deg', 'rpm')
 """Symbols whose M is a misspelled m: no servo has a megaampere."""
 _COUNTS = ('counts', 'count', 'cnt', 'cnts', 'ticks', 'tick', 'inc', 'incs', 'increments', 'lsb',
            'pts', 'points', 'inkremente', 'impulse')

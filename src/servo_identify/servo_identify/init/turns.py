@@ -12,14 +12,13 @@ from servo_twin.recording.recording import Recording
 
 from ..data.column_names import is_electrical
 from ..data.column_units import factor_of
+from ..data.set_clocks import COUNTERS
 from ..data.signals import TURN
 from ..data.survey import round_of, survey
 from ..data.unsigned import bits_of, OTHERS
 from .proposals import Proposal
 from .sources import Offered
 
-COUNTERS = (16, 32)
-"""Bits of a counter of time, as `millis` and `micros` of Arduino have 32."""
 WITHIN = 3.0  # periods, within which a counter goes on where it begins again
 NEAR = 0.003  # of a round, within which the one that is meant is taken for it
 
