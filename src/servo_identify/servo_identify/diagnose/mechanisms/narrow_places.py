@@ -30,8 +30,8 @@ def narrow_places(builder: Builder, residual: np.ndarray, equation: str, odd: bo
 
     ``residual`` (samples,) is what an ``equation`` leaves; the curve is ``odd`` where it changes
     its sign with the direction. One bend after the other is taken, that of the most gain first,
-    as many as are worth their number. None where the equation is not off, or a curve with the
-    knots of any other does.
+    as many as are worth their number. None where the equation is not off, and where fewer than
+    two bends are.
     """
     samples = builder.samples
     rows = samples.rows(equation)
