@@ -79,6 +79,13 @@ def test_an_encoder_that_rests_on_a_count_is_not_held(counts_a_row):
     assert held(np.floor(counts_a_row * 1000.0 * np.sin(time / 1000.0)) * 1e-3) == 1.0
 
 
+def test_a_shaft_that_sticks_and_slips_is_not_held():
+    slip = np.concatenate((np.zeros(80), 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 20))))
+    place = np.concatenate([n + slip for n in range(40)])
+    creeps = np.arange(len(place)) * 2e-5
+    assert held(np.round((place + creeps) * 400.0) / 400.0) == 1.0
+
+
 @pytest.mark.parametrize('digits', [8, 2])
 def test_it_asks_whether_a_current_is_clipped(good, digits):
     most = 0.6 * np.max(np.abs(good['current']))

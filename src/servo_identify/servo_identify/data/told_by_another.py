@@ -25,9 +25,11 @@ STEADY = 0.25  # share of its mean within which a command stays that is that of 
 ONE_SIGN = 0.02  # share of its range by which a current of one sign may cross zero: noise
 BACK = 0.5  # share of its range by which a shaft turns to and fro
 LATEST = 50  # rows by which a copy may be late
+FEWEST = 3  # steps of a ramp that say whether they are even
 SEVERAL = 20  # steps of several counts from which on it is judged whether a channel is held
 _ONCE = 0.02  # share of them that another one may follow at once: a late packet
 _RAMP = 0.5  # share of the rows that a value is held for, up to which it may go to the next one
+_EVEN = 0.2  # share of their mean by which the steps of such a ramp may differ, beside a count
 
 _COMMANDED = ('was no encoder read?', 'record the encoder: a command shows neither friction nor '
               'backlash')
@@ -150,7 +152,8 @@ def held(values: np.ndarray) -> float:
     Return for how many rows each value of a channel is held, 1 for one that is not.
 
     What moves by several counts in a row moves in the next one, too. By a single count it may not.
-    A held value that was interpolated since goes to the next one within some rows, and stays.
+    A held value that was interpolated since goes to the next one within some rows, in even steps,
+    and stays. A shaft that sticks and slips does, too, but it speeds up and slows down.
     """
     steps = np.diff(values)
     moves = np.concatenate([[False], np.nan_to_num(steps) != 0.0, [False]])
@@ -162,7 +165,18 @@ def held(values: np.ndarray) -> float:
     rows, rests = float(np.median(gaps[fast])), (begins[1:] - ends[:-1])[fast]
     # of rows that are held it goes on in the one beside a step for a late packet alone
     goes_on = (ends - begins)[:-1][fast] > _RAMP * rows
-    return rows if np.mean(goes_on) < _ONCE and np.quantile(rests, _ONCE) >= 1.0 else 1.0
+    slips = [_uneven(steps[begin + 1:end - 1]) for begin, end in zip(
+        begins[:-1][fast], ends[:-1][fast], strict=True)]
+    return rows if max(np.mean(goes_on), np.mean(slips)) < _ONCE and (
+        np.quantile(rests, _ONCE) >= 1.0) else 1.0
+
+
+def _uneven(steps: np.ndarray) -> bool:
+    """Tell whether the steps of a ramp, (rows,), without its first and last, are no ramp's."""
+    if len(steps) < FEWEST:
+        return False
+    sizes = np.abs(steps)
+    return bool(np.ptp(steps) > _EVEN * sizes.mean() + 2.0 * sizes.min())
 
 
 def _varies(values: np.ndarray) -> bool:
