@@ -61,8 +61,8 @@ def sentence(status: str, which: Sequence[MissingEffect], balance: str, gap: dic
         off, floor = gap.get('within_tolerance', 0.0), gap.get('floor', 0.0)
         if off > max(FORM, OPEN * floor):
             text += (f' But the simulation is off by {100.0 * off:.0f} % of what the channels '
-                     f'move, where noise makes {100.0 * floor:.0f} %: small errors add up there, '
-                     'and what holds a shaft at rest, as static friction, shows there alone.')
+                     f'move, where noise makes {100.0 * floor:.0f} %: small errors add up there. '
+                     'Friction at rest may be among them: slow starts from rest show it.')
         return f'{text} But {late}.' if late else text
     if not which:
         text = f'The {place} does not match the rig, and no effect of the list explains it.'

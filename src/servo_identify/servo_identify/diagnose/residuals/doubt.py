@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import correlate1d, maximum_filter1d
 
 from ..decisions import FORM
 from .equation_errors import EquationErrors
 from .loop_output import untold
+from .motion import bridged
+from .test_function import taps
 
 WITHIN = 0.25  # s by which the rig may swing earlier or later
 SURE = 2.0  # times a gap that a shaft must travel to be through it
@@ -32,6 +34,7 @@ def doubt_about(one: EquationErrors, equation: str,
         return one.test(equation).project(untold(
             one.servo, one.measured, one.angles(), one.integral)), tells
     if equation in ('torque', 'motor', 'load'):
+        doubt = np.hypot(doubt, _before_start(one, equation))
         return np.hypot(doubt, _swing(one, equation)), ~_crossing_gap(one, equation)
     if equation != 'transmission':
         return doubt, tells
@@ -72,6 +75,31 @@ def _rounding(one: EquationErrors, equation: str) -> np.ndarray:
             gain = sum(factor * turn**order for order, factor in factors if order != 1)
             total += 0.5 * (count / (np.pi * k) * gain * passed) ** 2
     return np.sqrt(total)
+
+
+def _before_start(one: EquationErrors, equation: str) -> np.ndarray:
+    """
+    Return by how much the torque still rises until a shaft breaks away, at the centres, N m.
+
+    Friction at rest is what holds at the last instant; the window before it shows a mean.
+    """
+    measured, test = one.measured, one.test(equation)
+    centres = test.centres(len(measured.recording))
+    doubt, torque = np.zeros(len(centres)), np.zeros(len(measured.recording))
+    if not one.motion.breakaways:
+        return doubt
+    for term in one.terms.get(equation, ()):
+        if term.signal == 'current' and 'current' not in measured.channels:
+            torque = torque + term.factor * one.drive_current(one.servo.theta)
+        elif term.signal in ('current', 'torque'):
+            torque = torque + term.factor * bridged(measured.recording[term.signal])
+    torque = np.nan_to_num(torque)
+    shown = correlate1d(torque, taps(test.spacing, 0), mode='nearest')
+    for start in one.motion.breakaways:
+        near = np.abs(centres - start.centre) <= test.reach
+        last = torque[start.start + 1 - test.spacing:start.start + 1].mean()
+        doubt[near] = np.maximum(doubt[near], np.abs(last - shown[start.centre]))
+    return doubt
 
 
 def _within_row(one: EquationErrors, equation: str) -> np.ndarray:

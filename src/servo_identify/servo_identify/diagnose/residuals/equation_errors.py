@@ -38,11 +38,10 @@ class EquationErrors(AskedByMotion):
 
     def moving(self, equation: str) -> np.ndarray:
         """Where friction is determined: no rest under the test function. All true for others."""
-        ratio = self.servo.numbers['mechanism.ratio']
         if equation in ('motor', 'load', 'torque'):
-            return self.motion.moving(ratio)
+            return self.motion.moving()
         if equation == 'transmission' and 'torque' not in self.measured.channels:
-            return self.gear_motion.moving(ratio)
+            return self.gear_motion.moving()
         return np.ones(len(self.times(equation)), dtype=bool)
 
     def covered(self, equation: str) -> np.ndarray:

@@ -11,12 +11,14 @@ from scipy.ndimage import correlate1d
 from servo_twin.physics.motion_evaluation import MOTION
 from servo_twin.physics.servo import Servo
 
+from .breakaway import Breakaway, breakaways, NOISE, WITHIN
 from .measured import Measured
 from .test_function import taps, TestFunction
 
 BINS, FEWEST = 10, 20  # sizes of torque told apart, and samples of either sign in each
 AT_REST = 4.0  # standard deviations of a speed that is noise
 CREEP = 0.003  # share of the highest speed below which a shaft counts as at rest
+STARTING = 1e-9  # share of the highest speed that a shaft has as it breaks away
 RESTING = 0.02  # weight of samples at rest under a test function from which friction says nothing
 
 
@@ -26,12 +28,15 @@ class Motion:
     A motion at the samples where a test function has full reach ("inner" samples).
 
     ``rows`` has shape (inner samples, len(MOTION)); angles in rad on their own shaft, torque on
-    the load in N m (NaN where not measured), torsion in rad at the load.
+    the load in N m (NaN where not measured), torsion in rad at the load. ``rest`` (inner samples,)
+    tells where it rests and friction may be any; where it breaks away, friction is known.
     """
 
     measured: Measured
     test: TestFunction
     rows: np.ndarray
+    rest: np.ndarray
+    breakaways: tuple[Breakaway, ...]
 
     def __getitem__(self, name: str) -> np.ndarray:
         return self.rows[:, MOTION.index(name)] if name in MOTION else getattr(self, name)
@@ -73,24 +78,11 @@ class Motion:
         at = test.centres(len(self.measured.recording)) - self.test.reach
         return series[np.clip(at, 0, len(series) - 1)]
 
-    def moving(self, ratio: float) -> np.ndarray:
-        """Tell at the centres whether both shafts keep moving under the test function."""
-        noise, test = self.measured.noise, self.test
-        has = self.measured.channels
-        own = noise['load_position'] if 'load_position' in has else noise['motor_position'] / ratio
-        slow = AT_REST * test.gain(1) * own
-        speed = np.abs(self['load_speed'])
-        if {'motor_position', 'load_position'} <= has:
-            slow = max(slow, AT_REST * test.gain(1) * noise['motor_position'] / ratio)
-            speed = np.minimum(speed, np.abs(self['motor_speed']) / ratio)
-        slow = max(slow, CREEP * float(np.nanmax(speed, initial=0.0)))
-        way = np.sign(self['load_speed'])
-        turning = np.zeros(len(speed), dtype=bool)
-        turning[1:] = way[1:] != way[:-1]
-        turning[:-1] |= turning[1:]
+    def moving(self) -> np.ndarray:
+        """Tell at the centres whether friction is known under the test function: it moves."""
         rest = np.ones(len(self.measured.recording))
-        rest[test.reach:test.reach + len(speed)] = (speed <= slow) | turning
-        return test.project(rest) < RESTING
+        rest[self.test.reach:self.test.reach + len(self.rest)] = self.rest
+        return self.test.project(rest) < RESTING
 
 
 def motion_of(measured: Measured, test: TestFunction, servo: Servo,
@@ -100,7 +92,7 @@ def motion_of(measured: Measured, test: TestFunction, servo: Servo,
 
     ``angles`` are those of both shafts, rad, readings with the sensor effects taken off.
     """
-    ratio = servo.values['mechanism.ratio']
+    ratio = servo.numbers['mechanism.ratio']
     motor, load = (bridged(angle) for angle in angles)
     sensed = 'torque' in measured.channels
     smooth, recording = test.smooth, measured.recording
@@ -117,7 +109,35 @@ def motion_of(measured: Measured, test: TestFunction, servo: Servo,
         smooth(torsion), smooth(torsion, 1), current,
         measured.column('external_torque', 0.0)[inner], measured.temperature[inner],
         np.nan_to_num(bridged(recording['coupled_position']))[inner]))
-    return Motion(measured, test, rows)
+    rest, starts = _rest(measured, test, rows, ratio), []
+    speeds = [MOTION.index(f'{shaft}_speed') for shaft in ('motor', 'load')]
+    shafts = [(angle, max(WITHIN * measured.counts[name], NOISE * measured.noise[name]))
+              for name, angle in (('motor_position', motor), ('load_position', load))
+              if name in measured.channels]
+    known = rest.copy()
+    for one in breakaways(test, rest, shafts):
+        window = slice(one.centre - 2 * test.reach, one.centre + 1)
+        rows[window, speeds] = one.way * STARTING * np.abs(rows[:, speeds]).max(axis=0)
+        known[window] = False
+        starts.append(one)
+    return Motion(measured, test, rows, known, tuple(starts))
+
+
+def _rest(measured: Measured, test: TestFunction, rows: np.ndarray, ratio: float) -> np.ndarray:
+    """Tell at the inner samples whether a shaft rests or turns back."""
+    noise, has = measured.noise, measured.channels
+    load, motor = (rows[:, MOTION.index(f'{shaft}_speed')] for shaft in ('load', 'motor'))
+    own = noise['load_position'] if 'load_position' in has else noise['motor_position'] / ratio
+    slow, speed = AT_REST * test.gain(1) * own, np.abs(load)
+    if {'motor_position', 'load_position'} <= has:
+        slow = max(slow, AT_REST * test.gain(1) * noise['motor_position'] / ratio)
+        speed = np.minimum(speed, np.abs(motor) / ratio)
+    slow = max(slow, CREEP * float(np.nanmax(speed, initial=0.0)))
+    way = np.sign(load)
+    turning = np.zeros(len(speed), dtype=bool)
+    turning[1:] = way[1:] != way[:-1]
+    turning[:-1] |= turning[1:]
+    return (speed <= slow) | turning
 
 
 def middle(lost: np.ndarray, torque: np.ndarray) -> float:
