@@ -27,7 +27,7 @@ from .diagnosis import Diagnosis
 from .handed import begun, Handed, handed_in, selecting
 from .handover.cut import Cut
 from .handover.simulated_gap import Diverged, Simulated, simulated
-from .handover.trial import content
+from .handover.trial import as_in, content
 from .mechanisms.every_hypothesis import check_without
 from .residuals.samples import residual_samples
 from .selection.confidence import preferred
@@ -159,6 +159,7 @@ def _compared(servo: Servo, handed: Handed, several: Sequence[Half]) -> Evidence
     for one in handover.added:
         rest = handover.without(one)
         known = rest is servo
+        rest = as_in(rest, handover.patch)
         dropped[id(one.part)] = (None if known else _run(rest, report, cut)) or given
         first = handover.gaps['given']
         before = (None if known else trial.gap(rest)) or first

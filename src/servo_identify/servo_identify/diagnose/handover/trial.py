@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from servo_twin.physics.servo import Servo, ServoError
+from servo_twin.physics.servo import Servo, ServoError, Value
 from servo_twin.recording.recording import Recording
 
 from ...fit.estimate import Estimate
@@ -38,6 +38,13 @@ class Trial:
         """Return effects in a file, simulated; None where that cannot be."""
         gap = self.gap(built(base, added))
         return None if gap is None else Tried(self, base, added, gap, estimate)
+
+    def without(self, whole: Tried, number: int) -> Tried | None:
+        """Return some effects without one of them, simulated; None where that cannot be."""
+        added = left_out(whole.added, number)
+        rest, all_ = built(whole.base, added), built(whole.base, whole.added)
+        gap = self.gap(rest and all_ and as_in(rest, all_))
+        return None if gap is None else Tried(self, whole.base, added, gap, None)
 
     def gap(self, servo: Servo | None) -> Gap | None:
         """Return the gap of a file on the accept recordings; None where it cannot run."""
@@ -128,6 +135,25 @@ def built(servo: Servo, added: Sequence[Added]) -> Servo | None:
         return servo_with(servo, added)
     except ServoError:
         return None
+
+
+def as_in(servo: Servo, whole: Servo) -> Servo:
+    """
+    Return a servo as one with more effects, these off: it needs no compiled step of its own.
+
+    Where it is no part of that, as it is.
+    """
+    more = [placed for placed in whole.effects if placed not in servo.effects]
+    if not more or not set(servo.effects) < set(whole.effects) or (
+            servo.mechanism, servo.step) != (whole.mechanism, whole.step):
+        return servo
+    off: dict[str, Value] = {}
+    for placed in more:
+        for name in placed.effect.amplitudes():
+            path = f'effects.{placed.name}.{name}'
+            value, none = whole.values[path], placed.effect.parameters[name].off or 0.0
+            off[path] = (none,) * len(value) if isinstance(value, tuple) else none
+    return replace(whole, values={**whole.values, **servo.values, **off})
 
 
 def content(servo: Servo) -> tuple[object, ...]:

@@ -13,7 +13,7 @@ from ...fit.estimate import Estimate
 from ..decisions import PRACTICAL, WORTH
 from .added import Added
 from .certainty import spread
-from .trial import left_out, Trial, Tried
+from .trial import Trial, Tried
 
 
 def unwanted(best: Tried, moved: Tried | None, servo: Servo, begun: Sequence[Added],
@@ -51,7 +51,7 @@ def _needless(best: Tried, moved: Tried | None, trial: Trial) -> int | None:
     at = moved if moved is not None and moved.total < best.total else best
     rests = []
     for number in range(len(at.added)):
-        rest = trial.of(at.base, left_out(at.added, number))
+        rest = trial.without(at, number)
         if rest is not None:
             rests.append((at.added[number].evidence + rest.gap.evidence(at.gap), number))
     evidence, number = min(rests, default=(1.0, 0))
@@ -92,7 +92,7 @@ def vanished(best: Tried, begun: Sequence[Added]) -> int | None:
 
 def _does_nothing(best: Tried, number: int) -> bool:
     """Tell whether a simulation without one of some effects is as near to the rig."""
-    rest = best.trial.of(best.base, left_out(best.added, number))
+    rest = best.trial.without(best, number)
     return rest is not None and (1.0 - WORTH) * rest.total <= best.total
 
 
