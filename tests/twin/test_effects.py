@@ -9,6 +9,7 @@ import every_effect
 from every_effect import parameters
 from hypothesis import given, settings
 from hypothesis import strategies as st
+import numba
 import numpy as np
 import pytest
 
@@ -177,7 +178,8 @@ def test_a_law_rescales_with_its_declared_units(effect, site, powers, seed):
 def test_a_compiled_law_says_what_the_plain_law_says(effect):
     kernel = kernel_of(every_effect.servo())
     index = next(i for i, p in enumerate(every_effect.PLACED) if p.effect is effect)
-    compiled = getattr(kernel.module, f'law{index}')
+    law = getattr(kernel.module, f'law{index}')
+    compiled = numba.njit(lambda p, s, motion, h: law(p, s, motion, h), error_model='numpy')
     values = getattr(kernel.module, f'Values{index}')
     p = values(*parameters(effect))
     for seed in range(5):
