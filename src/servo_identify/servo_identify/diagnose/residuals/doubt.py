@@ -34,8 +34,9 @@ def doubt_about(one: EquationErrors, equation: str,
         return one.test(equation).project(untold(
             one.servo, one.measured, one.angles(), one.integral)), tells
     if equation in ('torque', 'motor', 'load'):
-        doubt = np.hypot(doubt, _before_start(one, equation))
-        return np.hypot(doubt, _swing(one, equation)), ~_crossing_gap(one, equation)
+        rises, silent = _before_start(one, equation)
+        doubt = np.hypot(np.hypot(doubt, rises), _swing(one, equation))
+        return doubt, ~(_crossing_gap(one, equation) | silent)
     if equation != 'transmission':
         return doubt, tells
     motion, test, measured = one.gear_motion, one.measured.gear, one.measured
@@ -77,32 +78,39 @@ def _rounding(one: EquationErrors, equation: str) -> np.ndarray:
     return np.sqrt(total)
 
 
-def _before_start(one: EquationErrors, equation: str) -> np.ndarray:
+def _before_start(one: EquationErrors, equation: str) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return by how much the torque still rises until a shaft breaks away, at the centres, N m.
+    Return (by how much the torque still rises until a shaft breaks away, N m, what says nothing).
 
-    Friction at rest is what holds at the last instant; the window before it shows a mean. Where a
-    command jumps, the rows beside that instant do not tell what it was; nor does a late reading.
+    Both at the centres. Friction at rest is what holds at the last instant; the window before it
+    shows a mean, which is less. So it says something only where the shaft holds more than the file
+    has. Where a command jumps, the rows beside that instant do not tell what it was; nor does a
+    late reading.
     """
     measured, test = one.measured, one.test(equation)
     centres = test.centres(len(measured.recording))
-    doubt, torque = np.zeros(len(centres)), np.zeros(len(measured.recording))
+    doubt, silent = np.zeros(len(centres)), np.zeros(len(centres), dtype=bool)
     if not one.motion.breakaways:
-        return doubt
-    for term in one.terms.get(equation, ()):
+        return doubt, silent
+    torque = np.zeros(len(measured.recording))
+    for term in one.terms[equation]:
         if term.signal == 'current' and 'current' not in measured.channels:
             torque = torque + term.factor * one.drive_current(one.servo.theta)
         elif term.signal in ('current', 'torque'):
             torque = torque + term.factor * bridged(measured.recording[term.signal])
     torque = np.nan_to_num(torque)
     shown = correlate1d(torque, taps(test.spacing, 0), mode='nearest')
+    rubs = one.of_signal('load_torque' if equation == 'load' else 'motor_torque',
+                         -one.motion.direction)[equation]
+    less = rubs * one.nominal[equation] >= 0.0
     for start in one.motion.breakaways:
-        near = np.abs(centres - start.centre) <= test.reach
+        there = centres == start.centre
         at = start.start + 1
         last, then = torque[at - test.spacing:at], torque[at:at + test.spacing]
         rises = max(abs(some.mean() - shown[start.centre]) for some in (last, then))
-        doubt[near] = np.maximum(doubt[near], rises)
-    return doubt
+        doubt[there] = rises
+        silent |= there & less
+    return doubt, silent
 
 
 def _within_row(one: EquationErrors, equation: str) -> np.ndarray:

@@ -66,7 +66,7 @@ class EquationErrors(AskedByMotion):
         moved[self.servo.place(path)] += step
         if path.startswith('drive.'):
             return self._drive_slope(path, moved, step)
-        before, after = self._nominal, self.residuals(moved)
+        before, after = self.nominal, self.residuals(moved)
         if path.startswith('mechanism.') and self.measured.twist.any():
             swing = self.of_signal(*self.turned(self.servo.with_values(
                 {path: self.servo.number(path) + step})))
@@ -129,7 +129,8 @@ class EquationErrors(AskedByMotion):
         return (new['gain'] * volts - new['back_emf'] * speed) / loop_new - current
 
     @cached_property
-    def _nominal(self) -> dict[str, np.ndarray]:
+    def nominal(self) -> dict[str, np.ndarray]:
+        """The residuals of the servo file."""
         return self.residuals(self.servo.theta)
 
     def residuals(self, theta: np.ndarray, only: Collection[str] | None = None,

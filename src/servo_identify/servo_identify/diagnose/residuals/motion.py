@@ -29,7 +29,7 @@ class Motion:
 
     ``rows`` has shape (inner samples, len(MOTION)); angles in rad on their own shaft, torque on
     the load in N m (NaN where not measured), torsion in rad at the load. ``rest`` (inner samples,)
-    tells where it rests and friction may be any; where it breaks away, friction is known.
+    tells where it rests and friction may be any, but where it breaks away.
     """
 
     measured: Measured
@@ -82,7 +82,8 @@ class Motion:
         """Tell at the centres whether friction is known under the test function: it moves."""
         rest = np.ones(len(self.measured.recording))
         rest[self.test.reach:self.test.reach + len(self.rest)] = self.rest
-        return self.test.project(rest) < RESTING
+        starts = np.isin(self.test.centres(len(rest)), [one.centre for one in self.breakaways])
+        return (self.test.project(rest) < RESTING) | starts
 
 
 def motion_of(measured: Measured, test: TestFunction, servo: Servo,
@@ -109,18 +110,16 @@ def motion_of(measured: Measured, test: TestFunction, servo: Servo,
         smooth(torsion), smooth(torsion, 1), current,
         measured.column('external_torque', 0.0)[inner], measured.temperature[inner],
         np.nan_to_num(bridged(recording['coupled_position']))[inner]))
-    rest, starts = _rest(measured, test, rows, ratio), []
+    rest = _rest(measured, test, rows, ratio)
     speeds = [MOTION.index(f'{shaft}_speed') for shaft in ('motor', 'load')]
     shafts = [(angle, max(WITHIN * measured.counts[name], NOISE * measured.noise[name]))
               for name, angle in (('motor_position', motor), ('load_position', load))
               if name in measured.channels]
-    known = rest.copy()
-    for one in breakaways(test, rest, shafts):
+    starts = tuple(breakaways(test, rest, shafts))
+    for one in starts:
         window = slice(one.centre - 2 * test.reach, one.centre + 1)
         rows[window, speeds] = one.way * STARTING * np.abs(rows[:, speeds]).max(axis=0)
-        known[window] = False
-        starts.append(one)
-    return Motion(measured, test, rows, known, tuple(starts))
+    return Motion(measured, test, rows, rest, starts)
 
 
 def _rest(measured: Measured, test: TestFunction, rows: np.ndarray, ratio: float) -> np.ndarray:
