@@ -207,8 +207,7 @@ class Sampler:
             held_back = self._held_back - self._held_back_said
             self.health.count('samples.not_asked', held_back)
             self.health.event('samples.held_back', f'{held_back} samples were not asked for: the '
-                              'drive was behind with its answers for longer than answer_timeout',
-                              now)
+                              'drive was behind with its answers, or one was lost', now)
             self._held_back_said = self._held_back
         if self._joiner.unasked > self._unasked:
             self.health.count('samples.unasked_answers', self._joiner.unasked - self._unasked)
