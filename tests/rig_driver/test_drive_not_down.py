@@ -1,6 +1,6 @@
 """A drive that was told to give no torque is taken to have none once it has said so."""
 
-from drive_bench import driven, each, NAMES, turning
+from drive_bench import driven, each, meaning, NAMES, turning
 from driver_bench import wait_for
 import pytest
 
@@ -80,3 +80,33 @@ def test_an_axis_whose_heartbeat_does_not_know_of_its_torque_yet_is_not_taken_to
             pushed.clear()
             link.link.start()
             wait_for(lambda: pushed, 'it has torque')
+
+
+def swallowing(made, count):
+    """Have the drive not hear so many stop frames; the first is answered by an old answer."""
+    nodes = made.rig.nodes
+    take, send = nodes.take, nodes.send
+    kept, heard = [], []
+
+    def sent(frames):
+        kept[:] = [frames]
+        send(frames)
+
+    def taken(identifier, data, now):
+        if meaning(made.name, identifier, data) != 'off' or len(heard) >= count:
+            take(identifier, data, now)
+            return
+        heard.append(now)
+        if len(heard) == 1:
+            send(kept[0])
+    nodes.send, nodes.take = sent, taken
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', each(['robstride', 'cubemars', 'moteus']))
+def test_an_answer_that_comes_twice_is_not_taken_for_that_to_a_stop_that_was_lost(name, tmp_path):
+    with driven(name, tmp_path, **SAFE) as (made, link):
+        turning(link)
+        swallowing(made, 3)
+        assert link.link.stop()
+        assert not made.pushes

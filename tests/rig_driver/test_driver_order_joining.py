@@ -102,3 +102,33 @@ def test_a_drive_that_falls_behind_is_asked_no_more_until_it_has_caught_up():
         seen.append(drive.join.waiting)
     assert max(seen) <= PATIENCE + 2
     assert seen[-1] == 0
+
+
+def test_one_answer_in_a_hundred_that_is_lost_does_not_cost_the_samples_of_answer_timeout():
+    lost = range(50, 20_000, 100)
+    drive = Drive(1, {(0, number) for number in lost}, {})
+    drive.join.patience, drive.join.silence = 500, 25  # at 500 Hz 1 s, half of a watchdog of 0.1 s
+    for _ in range(20_000):
+        drive.tick()
+    assert all(row == [number] for number, row in drive.out)
+    assert len(drive.out) / 20_000 > 0.6
+
+
+def test_a_drive_that_is_always_behind_is_seldom_left_unasked():
+    drive = Drive(1, set(), dict.fromkeys(range(20_000), 3))
+    drive.join.patience = 500
+    for _ in range(20_000):
+        drive.tick()
+    assert drive.held_back < 100  # of which 78 by answer_timeout
+    assert drive.join.lost == 0
+
+
+def test_a_drive_that_is_silent_is_waited_for_as_long_as_before():
+    join = OrderJoiner(1, 500, 25)
+    asked = 0
+    for now in range(600):
+        if not join.may_ask(1):
+            break
+        join.ask(now)
+        asked += 1
+    assert asked == 501

@@ -1,5 +1,6 @@
 """What the driver plays of the commands it got: never late, never old, never out of limits."""
 
+from array import array
 from dataclasses import replace
 
 from drive_bench import CONFIG
@@ -11,7 +12,7 @@ from servo_rig_driver.devices.protocols import PROTOCOLS
 from servo_rig_driver.driver.driver_parameters import beyond, DECLARED
 from servo_rig_driver.driver.limits import Limits, Mode
 from servo_rig_driver.driver.rig_health import RigHealth
-from servo_rig_driver.driver.setpoints import Refused, SECOND, SetpointPlayer
+from servo_rig_driver.driver.setpoints import Receipt, Refused, SECOND, SetpointPlayer
 from servo_rig_driver.emulated.drives.by_protocol import driver_parameters
 
 MS = SECOND // 1000
@@ -236,3 +237,27 @@ def test_it_tells_a_stream_that_ended_at_rest_from_one_that_broke_off(mode, refe
         play.at(k * MS, k * MS)
     assert play.at(SECOND, SECOND) is None
     assert (play.ended, play.expired) == (ended, 1 - ended)
+
+
+def test_it_takes_a_block_as_long_as_may_wait_and_plays_it_in_order():
+    play, count = player(), 200_000
+    receipt = play.add(0, Mode.VELOCITY, 1e-4, array('d', [0.5] * (count - 1) + [9.0]),
+                       array('d', [0.1] * count), now=0)
+    assert receipt == Receipt(count, 0, 1, 'clamped velocity 9 to 2 rad/s')
+    assert play.waiting == count
+    for k in (0, 1, 5, 777, count - 1):
+        instant = k * MS // 10
+        point = play.at(instant, instant)
+        assert (point.instant, point.reference) == (instant, 2.0 if k == count - 1 else 0.5)
+        assert play.waiting == count - 1 - k
+
+
+def test_a_later_block_cuts_those_before_it_at_its_start_and_counts_what_waits():
+    play = player()
+    play.add(0, Mode.VELOCITY, 1e-3, [0.1] * 5, [], now=0)
+    play.add(10 * MS, Mode.VELOCITY, 1e-3, [0.2] * 5, [], now=0)
+    play.add(3 * MS, Mode.VELOCITY, 1e-3, [0.3] * 2, [], now=0)
+    assert play.waiting == 5
+    told = [play.at(k * MS, k * MS).reference for k in range(6)]
+    assert told == [0.1, 0.1, 0.1, 0.3, 0.3, 0.3]
+    assert not play.waiting

@@ -74,6 +74,17 @@ def test_odrive_answers_are_read_as_its_example_program_does(axis):
         axis.hear(0x29, bytes(4))
 
 
+def test_a_heartbeat_that_comes_twice_is_one_of_the_two_that_settle_a_state(axis):
+    def take(at):
+        axis.take(0x21, struct.pack('<IBBBB', 0, 1, 0, 0, 0), at)
+
+    take(0)
+    axis.off()
+    for at, settled in ((50_000_000, False), (50_100_000, False), (150_000_000, True)):
+        take(at)
+        assert axis.settled is settled
+
+
 def test_odrive_tells_another_driver_from_the_button_of_an_emergency_stop(axis):
     assert axis.foreign(0x2D, bytes(8)) == 'Set_Input_Vel (0x02D)'
     assert axis.foreign(0x29 | REMOTE, b'') == 'Get_Encoder_Estimates (0x029)'

@@ -134,6 +134,11 @@ class Device(ABC):
         """Whether `state` was told after the last frame that asked for another one."""
         return True
 
+    def proves_down(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]
+                    ) -> bool:
+        """Have it tell `state` again where what it told may be older than the order to go down."""
+        return True
+
     def starved(self, now: int) -> bool:
         """Whether its watchdog may just have taken the torque away, which it does not tell."""
         return False

@@ -7,14 +7,16 @@ N m at the motor. Source: ODrive documentation, CAN Protocol.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import tau
 
-from ..can_bus.bus_port import Frames
+from ..can_bus.bus_port import BusPort, Frames
 from ..can_bus.unix_frames import EXTENDED, FD, REMOTE
 from ..driver.limits import Mode, Setpoint
 from ..driver.rig_watch import RigWatch
 from .dbc_messages import DbcMessages
-from .device import DeviceError
+from .device import Answer, DeviceError
+from .doubled_ids import ECHO
 from .drive_master import DriveState, Order
 from .drive_settings import DriveSettings
 from .on_request import NO_ANSWER, OnRequest
@@ -73,6 +75,7 @@ class Odrive(OnRequest):
         self._wanted = self._goes = ''  # asked for lately, asked for last
         self._wanted_at = 0
         self._beats = 0  # since another state was asked for
+        self._beat_at = self._taken_at = 0
         self._beaten = True  # whether a heartbeat came since the last request
         self._beaten_at = 0
 
@@ -171,6 +174,16 @@ class Odrive(OnRequest):
         return [sent, self._message('Set_Controller_Mode', Control_Mode=mode,
                                     Input_Mode='passthrough'), sent]
 
+    def proves_down(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]
+                    ) -> bool:
+        """Ask nothing more: `settled` says that heartbeats have told its state since."""
+        return True
+
+    def take(self, identifier: int, data: bytes, now: int) -> Answer | None:
+        """Take a frame; a heartbeat that comes twice at once is one."""
+        self._taken_at = now
+        return super().take(identifier, data, now)
+
     def hear(self, identifier: int, data: bytes) -> int | None:
         """Keep what a message of the axis tells; return its place in ANSWERS."""
         name = self.messages.name_of(identifier - self._base)
@@ -192,7 +205,8 @@ class Odrive(OnRequest):
 
     def _take_heartbeat(self, errors: int, state: int) -> None:
         self._beaten = True
-        self._beats += 1
+        self._beats += self._taken_at - self._beat_at > ECHO
+        self._beat_at = self._taken_at
         words = self.messages.words('Heartbeat', 'Axis_State', state)
         self._state = _STATES.get(words, DriveState.NOT_READY)
         self._fault = ', '.join(

@@ -123,19 +123,38 @@ class OnRequest(Device):
         return set(self.nodes) if twice else set(), self._answered - asked
 
     def _quiet(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool],
-               long: int = 5 * ECHO) -> None:
-        """Wait until no answer has come for so long, ns; no longer than RESTLESS all the same."""
+               long: int = 5 * ECHO) -> bool:
+        """Wait, up to RESTLESS, until no answer has come for so long, ns; whether that was so."""
         begun = quiet_since = now()
         while wanted() and now() - quiet_since < long and now() - begun < RESTLESS:
             self._answers = 0
             port.receive(0.01)
             if self._answers:
                 quiet_since = now()
+        return now() - quiet_since >= long
 
-    def _asked(self, port: BusPort, now: Callable[[], int], echo: int = ECHO) -> int:
+    def proves_down(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]
+                    ) -> bool:
+        """
+        Ask once more, when no earlier answer is under way; whether an answer came.
+
+        An answer names no request: one that comes twice would be taken for that to a stop frame
+        which has not arrived, or never will.
+        """
+        if not self._quiet(port, now, wanted):
+            return False
+        frames = self.frames(Order.NO_TORQUE, None, now())
+        self._state = DriveState.UNKNOWN
+        answers = self._asked(port, now, frames=frames)
+        if answers:
+            self.obeyed(self._sent)
+        return answers > 0
+
+    def _asked(self, port: BusPort, now: Callable[[], int], echo: int = ECHO,
+               frames: Frames | None = None) -> int:
         """Return how many answers one request gets, up to ``echo`` ns after the first one."""
         self._answers, self._sampling = 0, False
-        port.send(self.query())
+        port.send(frames or self.query())
         until = now() + max(ECHO, round(self.settings.retry * 1e9))
         self._answered = until
         while now() < until and not self.watch.foreign:

@@ -210,7 +210,10 @@ class LinkStates:
     def _winding_down(self) -> Callable:
         self.state = 'taking the drive down'
         self.sampler.master.enable = False
-        while not self.sampler.down and not self.closing:
+        while not self.closing:
+            if self.sampler.proves_down(self._port, self.now, lambda: not self.closing):
+                self.sampler.let_go()
+                break
             now = self.now()
             leave = self._must_leave(now) if now > self.down_until else None
             if leave is not None:
@@ -218,8 +221,6 @@ class LinkStates:
             if not self.requests.wait(now):
                 self.requests.send(now)
         self.requests.rest()
-        if self.sampler.down:
-            self.sampler.let_go()
         return self._idling
 
     def _must_leave(self, now: int) -> Callable | None:

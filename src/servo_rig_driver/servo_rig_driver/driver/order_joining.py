@@ -6,8 +6,10 @@ one frame of each kind. An answer that is not there is late, or it is lost: whic
 known only once nothing more comes. So samples wait until all requests are answered, which is
 usual before the next request. Where that has not been so for a while, no request goes out until
 the answers have caught up. Where they have ceased instead, one was lost: nobody can tell which, so
-all samples that waited are left out. Where one answer more comes than was asked for, one came
-twice: again nobody can tell which, unless a single request was open.
+all samples that waited are left out. A drive that is behind is now more behind, now less. Where as
+many requests as before are open at each of STEADY in a row, an answer was lost in all likelihood,
+and the pause comes then. Where one answer more comes than was asked for, one came twice: again
+nobody can tell which, unless a single request was open.
 """
 
 from __future__ import annotations
@@ -15,6 +17,10 @@ from __future__ import annotations
 from typing import Any
 
 from .answer_joining import Sample
+
+STEADY = 16
+"""Requests in a row before each of which as many were open, after which an answer was lost; twice
+as many after each pause in which the answers caught up."""
 
 
 class OrderJoiner:
@@ -33,12 +39,14 @@ class OrderJoiner:
         self.silence = silence
         self.lost = 0
         self.unasked = 0
+        self._enough = STEADY
         self._full: list[Sample] = []  # answered, and not certain before the next request
         self._begin()
 
     def _begin(self) -> None:
         self._asked: list[int] = []
         self._came: list[list[Any]] = [[] for _ in range(self.kinds)]
+        self._left = self._steady = 0  # requests open before the last one, and for how many so
         self._behind = 0  # ns for which a request has been open
         self._silent: int | None = None  # ns without an answer, where none is asked for
 
@@ -55,6 +63,8 @@ class OrderJoiner:
 
     def ask(self, number: int) -> list[Sample]:
         """Note that request ``number`` goes out; return the samples that are certain by then."""
+        before, self._left = self._left, self.waiting
+        self._steady = self._steady + 1 if 0 < before == self._left else 0
         self._asked.append(number)
         certain, self._full = self._full, []
         return certain
@@ -89,13 +99,14 @@ class OrderJoiner:
             return True
         if self._silent is None:
             self._behind += elapsed
-            if self._behind <= self.patience:
+            if self._behind <= self.patience and self._steady < self._enough:
                 return True
             self._silent = 0
             return False
         self._silent += elapsed
         if self._silent <= self.silence:
             return False
+        self._enough = STEADY
         self.restart()
         return True
 
@@ -103,6 +114,8 @@ class OrderJoiner:
         """Return the sample where the one open request has all its answers; keep several."""
         if self.waiting or not self._asked:
             return []
+        if self._steady >= self._enough:  # it is always behind by so many
+            self._enough *= 2
         samples = [(number, answers) for number, *answers in
                    zip(self._asked, *self._came, strict=True)]
         self._begin()

@@ -7,8 +7,9 @@ The hot path of the driver: everything here runs at the rate of samples, in the 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 
-from ..can_bus.bus_port import Frames
+from ..can_bus.bus_port import BusPort, Frames
 from ..devices.device import Device
 from ..devices.drive_master import DriveMaster, MAY_PUSH, Order, WENT_DOWN
 from ..devices.pdo_table import FrameError
@@ -77,6 +78,16 @@ class Sampler:
         """Whether the drive has told that it gives no torque, since it was let have some."""
         since = self._raised is None or self._told > self._raised
         return since and self.device.settled and self.device.state not in MAY_PUSH
+
+    def proves_down(self, port: BusPort, now: Callable[[], int], wanted: Callable[[], bool]
+                    ) -> bool:
+        """Whether it is `down`, and tells so again where it may have told that before."""
+        if not self.down:
+            return False
+        if self.device.proves_down(port, now, wanted) and self.down:
+            return True
+        self.restart()
+        return False
 
     @property
     def owes(self) -> bool:
@@ -196,8 +207,7 @@ class Sampler:
             held_back = self._held_back - self._held_back_said
             self.health.count('samples.not_asked', held_back)
             self.health.event('samples.held_back', f'{held_back} samples were not asked for: the '
-                              'drive was behind with its answers for longer than answer_timeout',
-                              now)
+                              'drive was behind with its answers, or one was lost', now)
             self._held_back_said = self._held_back
         if self._joiner.unasked > self._unasked:
             self.health.count('samples.unasked_answers', self._joiner.unasked - self._unasked)

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
 from threading import Lock
 
-from .limits import Limits, Mode, Setpoint, UNITS
+import numpy as np
 
-SECOND = 1_000_000_000
+from .limits import Limits, Mode, Setpoint
+from .setpoint_blocks import SECOND, SetpointBlock
+
 GAP = SECOND
 """
 ns that a block may start after the last set-point that waits. By a sender's clock that is ahead of
@@ -60,7 +61,8 @@ class SetpointPlayer:
         self.capacity = capacity
         self.horizon = horizon
         self.expired = self.ended = self.limited = 0
-        self._queue: deque[Setpoint] = deque()
+        self._queue: deque[SetpointBlock] = deque()
+        self._waiting = 0
         self._now_playing: Setpoint | None = None
         self._before: Setpoint | None = None
         self._lock = Lock()
@@ -84,35 +86,34 @@ class SetpointPlayer:
             reference, external_torque = [0.0], []
             if start < oldest or self._too_far(start, now):
                 start = now
-        step = period * SECOND
-        points, too_old, clamped = [], 0, []
-        for k, value in enumerate(reference):
-            instant = start + round(k * step) if k else start
-            if instant < oldest:
-                too_old += 1
-                continue
-            torque = external_torque[k] if len(external_torque) else None
-            given = Setpoint(instant, mode, value, torque)
-            point = self.limits.held(given)
-            if point.reference != value:
-                clamped.append(f'{mode.name.lower()} {value:g} to {point.reference:g} '
-                               f'{UNITS[mode]}')
-            if point.external_torque != torque:
-                clamped.append(f'external torque {torque:g} N m to '
-                               f'{self.limits.external_torque:g} N m in size')
-            points.append(point)
+        block = SetpointBlock(start, mode, period, reference, external_torque, oldest,
+                              self.limits)
+        note, clamped, received = block.note, block.clamped, len(block)
         with self._lock:
-            replaced = []
-            while points and self._queue and self._queue[-1].instant >= start:
-                replaced.append(self._queue.pop())
-            waiting = len(self._queue)
-            fits = waiting + len(points) <= self.capacity
-            self._queue.extend(points if fits else reversed(replaced))
-        if not fits:
-            raise Refused(f'{len(points)} set-points do not fit beside the {waiting} that wait; '
+            if received:
+                self._put(block, start)
+        return Receipt(len(reference), block.too_old, clamped, note)
+
+    def _put(self, block: SetpointBlock, start: int) -> None:
+        """Queue a block in the place of all that waits from ``start`` on, or raise Refused."""
+        queue = self._queue
+        replaced = 0
+        for one in reversed(queue):
+            if one.last < start:
+                break
+            replaced += len(one) - one.before(start)
+        kept = self._waiting - replaced
+        if kept + len(block) > self.capacity:
+            raise Refused(f'{len(block)} set-points do not fit beside the {kept} that wait; '
                           f'at most {self.capacity} may wait')
-        note = f'clamped {clamped[0]}' if clamped else ''
-        return Receipt(len(reference), too_old, len(clamped), note)
+        while queue and queue[-1].last >= start:
+            left = queue[-1].before(start)
+            if left:
+                queue[-1].keep(left)
+            else:
+                queue.pop()
+        queue.append(block)
+        self._waiting = kept + len(block)
 
     def _judge(self, start: int, mode: int, period: float, reference: Sequence[float],
                external_torque: Sequence[float], now: int) -> Mode:
@@ -132,9 +133,10 @@ class SetpointPlayer:
             raise Refused(f'external_torque has {len(external_torque)} values beside '
                           f'{len(reference)} references; give as many, or none')
         for name, values in (('reference', reference), ('external_torque', external_torque)):
-            for k, value in enumerate(values):
-                if not isfinite(value):
-                    raise Refused(f'{name}[{k}] = {value}; every value must be finite')
+            finite = np.isfinite(np.asarray(values, float))
+            if not finite.all():
+                k = int(finite.argmin())
+                raise Refused(f'{name}[{k}] = {values[k]}; every value must be finite')
         if len(reference) > 1 and not 0.0 < period <= self.horizon:
             raise Refused(f'period = {period} s; a block of {len(reference)} set-points needs one '
                           f'above 0, of at most {self.horizon:g} s')
@@ -152,7 +154,7 @@ class SetpointPlayer:
         if start - now > self.horizon * SECOND:
             return f'at most {self.horizon:g} s are allowed'
         with self._lock:
-            last = max(now, self._queue[-1].instant) if self._queue else now
+            last = max(now, self._queue[-1].last) if self._queue else now
         return (f'and at most {GAP / SECOND:g} s are allowed without a set-point before it'
                 if start - last > GAP else '')
 
@@ -163,12 +165,15 @@ class SetpointPlayer:
         ``now`` is the time at which it goes out (it may lag behind ``instant``): the age is
         counted from the set-point's own instant to the later of the two.
         """
-        playing = self._now_playing
-        queue = self._queue
-        if queue and queue[0].instant <= instant:
-            with self._lock:
-                while queue and queue[0].instant <= instant:
-                    self._before, playing = playing, queue.popleft()
+        with self._lock:
+            queue, playing = self._queue, self._now_playing
+            while queue and queue[0].next <= instant:
+                waited = len(queue[0])
+                before, point = queue[0].play(instant)
+                self._before, playing = before or playing, point
+                self._waiting -= waited - len(queue[0])
+                if not queue[0]:
+                    queue.popleft()
             self._now_playing = playing
         if playing is None:
             return None
@@ -201,6 +206,7 @@ class SetpointPlayer:
         """Drop everything, as when the rig went away: it shall not start by an old block."""
         with self._lock:
             self._queue.clear()
+            self._waiting = 0
             self._now_playing = None
 
     @property
@@ -211,4 +217,4 @@ class SetpointPlayer:
     @property
     def waiting(self) -> int:
         """Number of set-points that are yet to come."""
-        return len(self._queue)
+        return self._waiting
