@@ -37,9 +37,9 @@ class EquationErrors(AskedByMotion):
         return tuple(self.terms)
 
     def moving(self, equation: str) -> np.ndarray:
-        """Where friction is determined: no rest under the test function. All true for others."""
+        """Where friction is known: no rest under the test function, or a start. Else all true."""
         if equation in ('motor', 'load', 'torque'):
-            return self.motion.moving()
+            return self.motion.moving() | self.motion.starting()
         if equation == 'transmission' and 'torque' not in self.measured.channels:
             return self.gear_motion.moving()
         return np.ones(len(self.times(equation)), dtype=bool)

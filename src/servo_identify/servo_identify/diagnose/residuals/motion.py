@@ -79,11 +79,15 @@ class Motion:
         return series[np.clip(at, 0, len(series) - 1)]
 
     def moving(self) -> np.ndarray:
-        """Tell at the centres whether friction is known under the test function: it moves."""
+        """Tell at the centres whether both shafts keep moving under the test function."""
         rest = np.ones(len(self.measured.recording))
         rest[self.test.reach:self.test.reach + len(self.rest)] = self.rest
-        starts = np.isin(self.test.centres(len(rest)), [one.centre for one in self.breakaways])
-        return (self.test.project(rest) < RESTING) | starts
+        return self.test.project(rest) < RESTING
+
+    def starting(self) -> np.ndarray:
+        """Tell at the centres whether a shaft is about to break away."""
+        return np.isin(self.test.centres(len(self.measured.recording)),
+                       [one.centre for one in self.breakaways])
 
 
 def motion_of(measured: Measured, test: TestFunction, servo: Servo,
