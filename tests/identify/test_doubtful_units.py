@@ -39,6 +39,17 @@ def test_an_effective_current_by_its_name_is_asked_for_though_its_unit_is_ampere
     np.testing.assert_allclose(read(data, tmp_path)['current'], run['i'], atol=1e-6)
 
 
+def test_a_table_in_capitals_is_in_milliamperes_which_init_says(run, tmp_path, capsys):
+    data = write(tmp_path / 'log.csv', {
+        'TIME (S)': run['time'], 'VOLTAGE (MV)': 1e3 * run['u'], 'CURRENT_MA': 1e3 * run['i'],
+        'MOTOR POSITION (DEG)': np.degrees(run['theta']), 'SPEED (RPM)': run['theta']})
+    assert init(data, tmp_path) == 0
+    assert "'CURRENT_MA' in mA: capitals do not tell m from M" in capsys.readouterr().out
+    seen = read(data, tmp_path)
+    np.testing.assert_allclose(seen['current'], run['i'], atol=1e-6)
+    np.testing.assert_allclose(seen['voltage'], run['u'], atol=1e-6)
+
+
 def test_a_peak_current_is_told_what_it_is(run, tmp_path, capsys):
     data = write(tmp_path / 'log.csv', {
         't [s]': run['time'], 'voltage [V]': run['u'], 'current [Apk]': run['i'],

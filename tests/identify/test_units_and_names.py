@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from servo_identify.data.column_names import TOLD_TORQUE
+from servo_identify.data.column_names import split, TOLD_TORQUE
 from servo_identify.data.column_units import factor_of
 from servo_identify.data.physical_units import factor_to, value_in
 from servo_identify.data.unit_symbols import UnitError
@@ -35,6 +35,19 @@ def test_it_understands_units_as_people_write_them(text, wanted, value):
     ('Newton-meters', 'N m', 1.0), ('Degrees/second', 'rad/s', np.pi / 180)])
 def test_a_unit_may_be_a_word_in_english_or_german(unit, wanted, factor):
     assert factor_to(unit, wanted) == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(('unit', 'value'), [
+    ('U', 2.0 * np.pi), ('1/4096 U', COUNT), ('u/min', np.pi / 30), ('U/MIN', np.pi / 30)])
+def test_a_turn_may_be_u_as_german_has_it(unit, value):
+    assert factor_to(unit, 'rad/s' if 'm' in unit.lower() else 'rad') == pytest.approx(value)
+
+
+@pytest.mark.parametrize(('header', 'unit'), [
+    ('CURRENT (MA)', 'mA'), ('VOLTAGE [MV]', 'mV'), ('TORQUE (MNM)', 'mNm'),
+    ('ANGLE [MRAD]', 'mrad'), ('SPEED (U/MIN)', 'U/MIN'), ('current (MA)', 'MA')])
+def test_the_unit_of_a_header_in_capitals_throughout_has_no_case(header, unit):
+    assert split(header)[1] == unit
 
 
 @pytest.mark.parametrize(('text', 'wanted', 'word'), [

@@ -1,11 +1,14 @@
 """
-What the steps of an encoder's readings do to the acceleration of a motion.
+What the steps of an encoder's readings do to the acceleration and to the twist of a transmission.
 
 A diagnosis smooths each motion by test functions as long as its noise asks for, up to a longest.
-Steps that are coarse for that leave a torque that no machine has made.
+Steps that are coarse for that leave a torque that no machine has made, and a twist between the
+two encoders that no torque has made.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -21,6 +24,7 @@ SPACINGS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 25, 32)
 """Samples between the knots of a test function."""
 LONGEST = 0.25  # s, of a test function
 SMOOTH_ENOUGH = 0.005  # noise of the inertial torque, as a share of the torque at work
+TWIST_SHOWN = 0.2  # twist that the steps make, as a share of that at work
 _SPREAD = np.sqrt(0.5)  # standard deviation of a quintic B-spline, in spacings
 
 
@@ -37,11 +41,10 @@ def coarse_findings(one: Recording, servo: Servo) -> list[Finding]:
     if at is None or told is None:
         return []
     at_work, found = float(np.sqrt(np.mean(told[0]**2))), list[Finding]()
-    for name in ANGLES:
-        step = count_of(one[name][:MOST]) if name in at.plain else 0.0
-        if not step:
-            continue
-        made = _acceleration_of_rounding(one[name][:MOST], step, width) / one.period**2
+    steps = {name: step for name in ANGLES if name in at.plain
+             and (step := count_of(one[name][:MOST]))}
+    for name, step in steps.items():
+        made = _made_by_rounding(one[name][:MOST], step, width, 2) / one.period**2
         if made * _inertia(name, at, servo) > SMOOTH_ENOUGH * at_work:
             share = made / max(float(np.std(at.acceleration[name])), made)
             found.append(Finding(
@@ -51,12 +54,35 @@ def coarse_findings(one: Recording, servo: Servo) -> list[Finding]:
                 'work, under the longest test function. Effects of that size are hidden.',
                 'record the counts of the encoder or more decimals; else move faster, or take '
                 'an encoder with more counts', one.name))
-    return found
+    return found + _twist_findings(one, servo, at, steps, at_work)
 
 
-def _acceleration_of_rounding(x: np.ndarray, step: float, width: float) -> float:
+def _twist_findings(one: Recording, servo: Servo, at: Signals, steps: Mapping[str, float],
+                    at_work: float) -> list[Finding]:
+    """Say whether the steps hide the twist that the torque at work, N m at the motor, makes."""
+    stiffness = servo.values.get('mechanism.stiffness', 0.0)
+    if not stiffness > 0.0 or not all(name in at.plain for name in ANGLES):
+        return []
+    ratio = servo.values['mechanism.ratio']
+    made = {name: _made_by_rounding(one[name][:MOST], step, at.width, 0)
+            / (ratio if name == 'motor_position' else 1.0) for name, step in steps.items()}
+    twist, whole = at_work * ratio / stiffness, float(np.hypot.reduce([0.0, *made.values()]))
+    if whole <= TWIST_SHOWN * twist:
+        return []
+    name = max(made, key=made.__getitem__)
+    unit = 'mm' if servo.straight('load_position') else 'mrad'
+    return [Finding(
+        'amber', f'{one.name}: {name} comes in steps of {_written(steps[name], name, servo)}, '
+        f'coarse for the twist between the encoders: they make {1e3 * whole:.3g} {unit} of it, '
+        f'and the torque at work twists by {1e3 * twist:.3g} {unit}, under the longest test '
+        'function. Stiffness, damping, backlash and kinematic error of that size are hidden.',
+        'record the counts of the encoder or more decimals; of a diagnosis take what it says of '
+        'motor and load, and nothing smaller than that of the transmission', one.name)]
+
+
+def _made_by_rounding(x: np.ndarray, step: float, width: float, order: int) -> float:
     """
-    Return the standard deviation of the acceleration that rounding makes, per sample squared.
+    Return the standard deviation that rounding makes of a derivative, per sample to the order.
 
     Where a reading steps, the angle is known: half way. A smooth motion through these places is
     rounded again, and what that changes passes the Gaussian of the diagnosis.
@@ -67,7 +93,7 @@ def _acceleration_of_rounding(x: np.ndarray, step: float, width: float) -> float
     between = np.interp(rows, at + 0.5, (x[at] + x[at + 1]) / 2.0)
     motion = derived(between, width, 0)
     edge = int(4 * width)
-    off = derived(np.round(motion / step) * step - motion, width, 2)
+    off = derived(np.round(motion / step) * step - motion, width, order)
     return float(np.std(off[edge:len(off) - edge]))
 
 

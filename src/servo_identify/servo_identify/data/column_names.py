@@ -9,6 +9,7 @@ from servo_twin.recording.recording import COLUMNS
 
 from .east_asian import names_in_english, units_in_symbols
 from .european import bare, symbols_of, words_in_english
+from .physical_units import without_case
 
 NAMES = ('t', *COLUMNS)
 
@@ -80,10 +81,10 @@ _MOTOR, _LOAD = {'motor', 'rotor', 'm', 'mot'}, {'load', 'joint', 'output', 'lin
 
 
 def split(header: str) -> tuple[str, str]:
-    """Return the name and the unit of a header; '' where it gives none."""
+    """Return the name and the unit of a header; '' where it gives none. In capitals MA is mA."""
     match = re.fullmatch(r'\s*(.+?)\s*[\[(（【]\s*([^\[\]]*?)\s*[\])）】]\s*', header)
     if match and match[2] and not (match[2].isdigit() or _LEROBOT.fullmatch(match[1])):
-        return match[1], match[2]
+        return match[1], without_case(match[2], header)
     return header.strip(), ''
 
 

@@ -47,15 +47,33 @@ def factor_to(text: str, wanted: str) -> float:
         raise CountsError(problem.word, _COUNT.get(wanted, f'0.01 {wanted}')) from None
     except UnitError as problem:
         first = problem
-    lower = ' '.join(_LOWER.get(word, word) for word in text.lower().split())
+    lower = _in_small(text)
     try:
         factor = _factor(lower, wanted)
     except UnitError:
         raise first from None
-    if wanted != 's' and any(word[0] == 'M' and word[1:] not in ('', 'in', 'IN')
-                             for word in text.split()):
+    if wanted != 's' and _may_be_mega(text):
         raise UnitError(f'{text!r} may be of a million or of a thousandth; is it {lower!r}?')
     return factor
+
+
+def without_case(unit: str, header: str) -> str:
+    """
+    Return the unit of a header that is in capitals throughout, with its M read as milli: MA is mA.
+
+    Such a header has no case to tell m from M, and no channel of a servo is in millions. The unit
+    of any other header stays as it is.
+    """
+    return _in_small(unit) if header.isupper() and _may_be_mega(unit) else unit
+
+
+def _in_small(unit: str) -> str:
+    """Return a unit in small letters, but for symbols that are nothing without their capitals."""
+    return ' '.join(_LOWER.get(word, word) for word in unit.lower().split())
+
+
+def _may_be_mega(unit: str) -> bool:
+    return any(word[0] == 'M' and word[1:] not in ('', 'in', 'IN') for word in unit.split())
 
 
 def _factor(text: str, wanted: str) -> float:

@@ -5,6 +5,7 @@ READER = {
     'off the grid': 'nothing; else look at the link that lost them',
     'of its round': 'record faster, or cut the table there',
     'jump from end to end': 'give the round of the encoder as wraps in the mapping',
+    'newest first': 'nothing, where that is so; else look at the clock of the logger',
     'repeat the time': 'look at the clock of the logger; nothing else has to be done',
     'sampled less often': 'join: true in a mapping file holds a command and interpolates angles',
     's of the header': 'nothing, where no row is missing',

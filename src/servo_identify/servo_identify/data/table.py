@@ -121,7 +121,7 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
         if said:
             labels[name] = cells
         try:
-            clock = seconds_of(values)
+            clock = _clock(table.path, name, values)
             name = name or _index(table.columns, clock is not None)
             table.columns[name] = (_numbers(table.path, name, values) if clock is None else clock)
             told += [said] if said else []
@@ -137,6 +137,13 @@ def with_texts(table: Table, texts: dict[str, list[Any]]) -> Table:
     check_wide(table.path, table.columns, labels)
     check_turns(table.path, table.columns, labels)
     return replace(table, warnings=(*table.warnings, *told))
+
+
+def _clock(path: Path, name: str, values: list[Any]) -> np.ndarray | None:
+    try:
+        return seconds_of(values)
+    except ValueError as problem:
+        raise ValueError(f'{path}: column {name!r} {problem}') from None
 
 
 def _numbers(path: Path, name: str, values: list[Any]) -> np.ndarray:

@@ -25,6 +25,7 @@ from .mapping import read_mapping
 from .message_files import holds_messages
 from .messages import read_messages
 from .missing_texts import without_infinite
+from .newest_first import oldest_first
 from .packed import stem_of
 from .plausibility import check_angles
 from .raw_encoder import check_counts
@@ -134,6 +135,9 @@ def _recording_of(table: Table, machine: Servo | None, servo_text: str, facts: M
                   plan: ColumnMapping | None, period: float, stretch: Stretch
                   ) -> tuple[Recording, float]:
     """Return the recording, and how many s after the first row it begins."""
+    if not (plan and plan.columns['t'].get('negate')):
+        table = oldest_first(table, plan.columns['t'].get('source', '') if plan else
+                             time_of(table)[0])
     path, warnings, told = table.path, list(table.warnings), list[str]()
     columns = (plan.apply(table, machine, warnings) if plan
                else named_columns(table, machine, told))

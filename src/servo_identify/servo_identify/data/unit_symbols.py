@@ -113,7 +113,7 @@ def parsed(text: str, turned: bool = False) -> Unit:
     plain = plain.translate(str.maketrans({'²': '2', '³': '3', '⋅': ' '}))
     plain = re.sub(r'\^\s*|\*\*(?=-?\d)', '', plain).replace('/rad/s', '/(rad/s)')
     plain = re.sub(r'(?<=[A-Za-z])-(?=[A-Za-z])', ' ', plain)  # N-m
-    plain = re.sub(r'\bU/(?=min|s)', 'rev/', plain)  # as German has it
+    plain = re.sub(r'\b(?:U(?=$)|[Uu](?=/(?:min|s)\b))', 'rev', plain)  # as German has it
     words = _WHOLE.findall(plain)
     found, at = _product(text, words, 0, turned)
     if at != len(words) or not words:

@@ -196,4 +196,6 @@ def _told(column: str, one: Proposal) -> str:
     turn += f', read as unsigned of {one.signed} bit' if one.signed else ''
     turn += ', which stands for A' if one.was else ''
     turn += ', with the other sign' if one.negate else ''
+    if one.source.isupper() and one.unit not in one.source and one.unit.upper() in one.source:
+        turn += ': capitals do not tell m from M, and no channel is in millions'
     return f'{column:<20} is {one.source!r} in {one.was or one.unit or "SI units"}{turn}'

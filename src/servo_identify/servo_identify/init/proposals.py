@@ -21,6 +21,7 @@ from ..data.column_names import (
     TORQUE,
 )
 from ..data.column_units import factor_of, UNIT
+from ..data.physical_units import without_case
 from ..data.time_units import unit_of_stamps, unit_of_times
 from ..data.unit_symbols import parsed
 from .hints import counts_rows, doubt_of
@@ -169,8 +170,9 @@ def _unit_behind(source: str, column: str) -> str:
     words = re.split(r'[_/,]\s*|\s+in\s+', label[1] if label else source)
     last = [] if words[-1].isdigit() or len(words) == 1 else words[-1:]  # the number of a joint
     for word in [*last, *(word for word in words[:-1] if word.lower() in SPEED)]:
-        if _is_unit(_LIKE.get(column, column), word):
-            return word
+        unit = without_case(word, source)
+        if _is_unit(_LIKE.get(column, column), unit):
+            return unit
     return ''
 
 

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..data.column_names import split
+from ..data.column_names import looks_like, split
 from ..data.csv_layout import TEXTS
 from ..data.csv_table import count_of_bare_columns
 from ..data.json_file import read_json
 from ..data.message_files import holds_messages
 from ..data.messages import fields_of
+from ..data.newest_first import oldest_first
 from ..data.several_runs import long_enough
 from ..data.tables import read_tables
 
@@ -62,6 +63,8 @@ def offered(path: Path) -> Offered:
     if path.suffix.lower() in TEXTS and path.is_file():
         names = tuple(f'column_{k + 1}' for k in range(count_of_bare_columns(path)))
     table = long_enough(read_tables(path, rows, names))[0][0]  # of several runs the first
+    table = oldest_first(table, next((name for name in table.columns if looks_like(name) == 't'),
+                                     ''))
     units = {name: unit for name in table.columns if (unit := split(name)[1])}
     return Offered(path, tuple(table.columns), units | dict.fromkeys(table.begins, 's'),
                    {}, table.columns, rows, names, table.refused, {
