@@ -33,6 +33,6 @@ def test_what_equations_and_simulation_differ_by_is_how_sure_a_value_is(found, w
     there = Added(None, late.placed, {DELAY: found}, (DELAY,))
     fit = SimpleNamespace(servo=servo_with(JOINT, [there]), values={DELAY: found},
                           units={DELAY: 's'}, std_within={DELAY: 1e-5})
-    trial = SimpleNamespace(of=lambda base, added: SimpleNamespace(total=without))
+    trial = SimpleNamespace(without=lambda whole, number: SimpleNamespace(total=without))
     gap = SimpleNamespace(total=lambda: 1.0)
     assert vanished(Tried(trial, JOINT, (there,), gap, fit), [late]) == gone
