@@ -83,6 +83,12 @@ def test_friction_at_rest_is_found_where_a_shaft_sticks_and_slips(share):
     assert which.parameters['excess']['value'] == pytest.approx((share - 1.0) * RUBS, rel=0.2)
 
 
+@pytest.mark.slow
+def test_friction_at_rest_that_is_little_above_that_of_sliding_is_named_too():
+    which, = diagnose(recordings(1.25 * RUBS)[0], SERVO, *recordings(1.25 * RUBS)[1:]).report.which
+    assert which.effect == 'stribeck_friction'
+
+
 def test_a_shaft_whose_friction_is_known_lacks_nothing():
     select, accept, report = recordings(RUBS)
     assert not diagnose(select, SERVO, accept, report).report.which

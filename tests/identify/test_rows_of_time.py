@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_tables import SERVO, table, write_csv
+from small_tables import SERVO, table, TIME, write_csv
 
 from servo_identify.data.clock_times import seconds_of
 from servo_identify.data.table_import import import_table
@@ -62,9 +62,7 @@ def test_a_count_behind_the_seconds_of_a_clock_is_read_as_it_was_written(texts, 
 
 
 def test_a_count_behind_the_seconds_that_may_be_two_things_is_refused(tmp_path):
-    path = tmp_path / 'a.csv'
-    path.write_text('t,voltage,motor_position\n' + ''.join(
-        f'14:5:0:{k},{k / 8},{k / 7}\n' for k in range(40)))
+    path = write_csv(tmp_path / 'a.csv', table(t=[f'14:5:0:{k % 40}' for k in range(len(TIME))]))
     with pytest.raises(ValueError, match="'t' has '0' behind a colon .* ms or hundredths. Write"):
         import_table(path, SERVO)
     assert 't' in read_table(path).refused

@@ -88,11 +88,10 @@ class SetpointPlayer:
                 start = now
         block = SetpointBlock(start, mode, period, reference, external_torque, oldest,
                               self.limits)
-        note, clamped, received = block.note, block.clamped, len(block)
-        with self._lock:
-            if received:
+        if len(block):
+            with self._lock:
                 self._put(block, start)
-        return Receipt(len(reference), block.too_old, clamped, note)
+        return Receipt(len(reference), block.too_old, block.clamped, block.note)
 
     def _put(self, block: SetpointBlock, start: int) -> None:
         """Queue a block in the place of all that waits from ``start`` on, or raise Refused."""

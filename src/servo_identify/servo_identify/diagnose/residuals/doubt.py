@@ -17,8 +17,7 @@ TEETH = 24  # harmonics of the sawtooth of rounding that are looked at
 DECIDED = 0.98  # share of a test function under which the teeth must be on one flank
 
 
-def doubt_about(one: EquationErrors, equation: str,
-                keep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def doubt_about(one: EquationErrors, equation: str) -> tuple[np.ndarray, np.ndarray]:
     """
     Return (doubt at each centre in the unit of the equation, centres that say something).
 
@@ -29,7 +28,7 @@ def doubt_about(one: EquationErrors, equation: str,
     are.
     """
     doubt = np.hypot(_rounding(one, equation), _within_row(one, equation))
-    tells = np.ones(len(keep), dtype=bool)
+    tells = np.ones(len(doubt), dtype=bool)
     if equation == 'controller':
         return one.test(equation).project(untold(
             one.servo, one.measured, one.angles(), one.integral)), tells

@@ -59,14 +59,15 @@ class ResidualSamples:
         first = size = 0
         for number, one in enumerate(self.errors):
             measured = one.measured
-            for name, values in one.residuals(theta).items():
+            for name, values in one.nominal.items():
                 keep = np.isfinite(values) & one.moving(name) & one.covered(name)
-                keep &= doubt_about(one, name, keep)[1]
+                doubt, tells = doubt_about(one, name)
+                keep &= tells
                 self._keep[number, name] = keep
                 count = int(keep.sum())
                 self._part[number, name] = slice(size, size + count)
                 size += count
-                doubt = doubt_about(one, name, keep)[0][keep]
+                doubt = doubt[keep]
                 noise, declared = self._noise(one, name, theta, values[keep])
                 margin = PRACTICAL * signal_of(one, name, theta, keep)
                 table['base'].append(values[keep])
